@@ -1,32 +1,33 @@
-//! The residual theorem: what a warp field leaves to the boundary (Theory 7).
+//! The residual theorem: the boundary term that a warp field leaves (Theory 7).
 //!
-//! Let f(u; θ) be smooth but for jumps on curves Γ that move with velocity v, and let V be **any** field that
-//! is continuous, smooth but for curves and points, with |∇V| integrable, and vanishes where the domain ends,
-//! or f does. (For n = 2 it need not be continuous at single points, if it is bounded there; for n = 1 it
-//! must, as a jump is no more than a point.) Then
+//! Let f(u; θ) be smooth except for discontinuities on curves Γ that move with velocity v, and let V be
+//! **any** field that is continuous, smooth except on curves and points, with |∇V| integrable, and that
+//! vanishes where the domain ends, or f does. (For n = 2 it need not be continuous at single points, if it is
+//! bounded there; for n = 1 it must, as a discontinuity is itself a point.) Then
 //!
 //! ```text
 //! d/dθ ∫ f du = ∫ ∂f/∂θ + ∇·(V f) du + ∮_Γ Δf (v − V)·ν dl,
 //! ```
 //!
-//! where ν is the normal of Γ and Δf the value of f on the side that ν leaves less that on the side it enters.
+//! where ν is the normal of Γ and Δf the value of f on the side that ν leaves less that on the side it
+//! enters.
 //!
 //! | V | residual | method |
 //! |---|---|---|
 //! | 0 | Δf v·ν, all of it | edge sampling (Li, Aittala, Durand and Lehtinen 2018) |
 //! | V·ν = v·ν on Γ: boundary consistent | 0 | warped-area sampling (Bangaru, Li and Durand 2020) |
-//! | any other | what is left | both at once, and unbiased as well |
+//! | any other | Δf (v − V)·ν | both combined, also unbiased |
 //!
 //! In the plane [`BoundaryIntegral`](crate::estimator::BoundaryIntegral) samples the residual of any field;
 //! along paths in flat worlds [`WarpedArea`](crate::estimator::transport::WarpedArea) samples that of
-//! softened means over jumps.
+//! softened means over discontinuities.
 
 use crate::warp::Vector;
 
-/// (v − V)·ν: the speed of a jump across itself beyond that of the field.
+/// (v − V)·ν: the normal speed of a discontinuity relative to the field.
 ///
-/// `velocity` v is that of the jump, of which only the part along the unit normal `normal` ν matters; `field` is V at the
-/// same point.
+/// `velocity` v is that of the discontinuity, of which only the component along the unit normal `normal` ν
+/// matters; `field` is V at the same point.
 #[must_use]
 pub fn residual_speed<V: Vector>(velocity: V, field: V, normal: V) -> f64 {
     (velocity - field).dot(normal)

@@ -1,52 +1,71 @@
-//! Warped-area sampling in two dimensions: derived, exact, proved.
+//! Warped-area sampling in two dimensions, with exact reference solutions.
 //!
-//! The derivative of an integral whose integrand jumps across moving curves is
+//! The derivative of an integral whose integrand f(u, θ) has moving discontinuities is
 //!
 //! ```text
 //! dI/dθ = ∫ ∂f/∂θ du + ∮ Δf (v·ν) dl          (Reynolds transport theorem)
 //!       = ∫ ∂f/∂θ du + ∫ ∇·(V f) du            (divergence theorem)
 //! ```
 //!
-//! for every field V that is continuous and equals the velocity v of the jump, along its
-//! normal ν, on the jump. *Warped-area sampling* (Bangaru, Li and Durand 2020, "Unbiased
-//! warped-area sampling for differentiable rendering") estimates such a field from auxiliary
-//! rays alone, so that no edge ever has to be found.
+//! where Δf is the jump of f across a discontinuity curve, v the curve's velocity and ν its normal. V is any
+//! continuous vector field with V·ν = v·ν on the curve. *Warped-area sampling* (Bangaru, Li and Durand 2020,
+//! "Unbiased warped-area sampling for differentiable rendering") estimates such a field from auxiliary rays,
+//! without a list of edges.
 //!
-//! Where edges are known, V may also be a mean of their own velocities: exact, and with less variance.
+//! Where the edges are known, V may also be a weighted mean of their velocities, which is exact and has less
+//! variance.
 //!
 //! "Theory 5" in a comment is page 5 of `volume3d::guide::theory`, where statements are proved.
 //!
-//! - [`calculus`]: numbers that carry derivatives or record themselves: over them the integrands of paths, in flat worlds and
-//!   in `volume3d`, the reparameterised form and radiosity are written once.
-//! - [`warp`]: the machinery that turns auxiliary points into (V, ∇·V) and its transpose, written once for the line, the
-//!   plane, the circle and (in `volume3d`) the sphere; and the mean over jumps, of points and of segments (`volume3d` has
-//!   that of great arcs).
-//! - [`boundary`]: what a field that is not boundary consistent leaves over: the residual theorem, of which edge
-//!   sampling is the case V = 0.
-//! - [`plane`]: polygons over the image plane, where every integral above is known exactly; read from SVG files with the
-//!   feature `svg`.
-//! - [`transport`]: flat worlds in which light is scattered, over the directions of a circle, and
-//!   their exact images and derivatives.
-//! - [`sdf`]: implicit flat shapes, and the fields made of a sphere tracer's own points.
-//! - [`estimator`]: the methods that differentiate an image, behind one trait; along paths in
+//! - [`calculus`]: scalar types for automatic differentiation, forward (dual numbers) and reverse (a tape).
+//!   Path integrands, here and in `volume3d`, the reparameterised form and radiosity are generic over them.
+//! - [`warp`]: estimators of (V, ∇·V) from auxiliary points, and their transposes, generic over the domain:
+//!   line, plane, circle and (in `volume3d`) sphere; and the mean over discontinuities, which are points or
+//!   segments here and great arcs in `volume3d`.
+//! - [`boundary`]: the residual of a field that does not match the velocity of the discontinuities, and the
+//!   residual theorem; edge sampling is the case V = 0.
+//! - [`plane`]: scenes of polygons in the image plane, for which all integrals above have closed forms; read
+//!   from SVG files with the feature `svg`.
+//! - [`transport`]: two-dimensional worlds with light scattering, integrated over the directions of a circle,
+//!   with exact images and derivatives.
+//! - [`sdf`]: two-dimensional implicit shapes, and warp fields built from the points of a sphere tracer.
+//! - [`estimator`]: methods of image differentiation behind one trait; those for paths are in
 //!   [`estimator::transport`].
 //!
-//! # What is exact, unbiased, biased
+//! # Exact, unbiased and biased methods
 //!
-//! | | |
-//! |---|---|
-//! | exact, to rounding | [`estimator::Exact`]: image, interior term and edge integral of every pixel, for box and tent filters; Gaussian filters to 10⁻¹² by quadrature; the divergence integral too, but for ε/g where boundaries a distance g apart move apart |
-//! | | [`transport::exact::Exact`](transport::exact) of light scattered at most once, to 10⁻⁹ of the sum of absolute terms; radiosity of diffuse surfaces with a stated error, which is too small where light varies on less than 10⁻⁵ of a segment; [`sdf::exact`] of discs, polygons and rectangles |
-//! | unbiased | warped area with the mean over jumps, exact or softened; with auxiliary points if γ is above its bound (1/p + ½ in the plane, for a boundary function B ~ sᵖ) and they are debiased: [`Debias`](warp::Debias), whose documentation says which moments are finite; edge sampling. All of them if no two visible edges coincide |
-//! | consistent | auxiliary points without debiasing: biased at every fixed number of them |
-//! | biased | Gaussian weights; the rotation heuristic; γ below its bound; finite differences |
-//! | | implicit shapes: fields made of tracer points, by rays that run out of steps; every field at sharp corners; the relaxed boundary, by O(ε); implicit differentiation, by the whole boundary term |
-//! | refused | by the exact engines: edges that move across the border of a box pixel on which they lie; visible edges that coincide and part |
+//! Exact, to rounding:
+//!
+//! - [`estimator::Exact`]: image, interior term and edge integral of every pixel for box and tent filters,
+//!   and for Gaussian filters to 10⁻¹² by quadrature. Also the divergence integral, except for an
+//!   error of order ε/g (ε the rounding unit) where boundaries at distance g move apart.
+//! - [`transport::exact::Exact`](transport::exact): light scattered at most once, to 10⁻⁹ of the sum of the
+//!   absolute terms. Radiosity of diffuse surfaces comes with an error estimate, which is too small where
+//!   light varies over less than 10⁻⁵ of a segment.
+//! - [`sdf::exact`]: discs, polygons and rectangles.
+//!
+//! Unbiased, if no two visible edges coincide:
+//!
+//! - Edge sampling, and warped area with the mean over discontinuities, exact or softened.
+//! - Warped area with auxiliary points, if γ is above its bound (1/p + ½ in the plane, for a boundary
+//!   function B ~ sᵖ) and the points are debiased: [`Debias`](warp::Debias), which states which moments are
+//!   finite.
+//!
+//! Consistent: auxiliary points without debiasing, which are biased for any fixed number of points.
+//!
+//! Biased:
+//!
+//! - Gaussian weights, the rotation heuristic, γ below its bound, finite differences.
+//! - For implicit shapes: fields built from tracer points, by rays that run out of steps; every field at
+//!   sharp corners; the relaxed boundary, by O(ε); implicit differentiation, by the whole boundary term.
+//!
+//! Refused by the exact methods: edges on a border of a box-filtered pixel that move across it, and visible
+//! edges that coincide and move apart.
 //!
 //! # Example
 //!
-//! A square moves to the right over a black background. The derivative of the image is positive
-//! where its right side advances and negative where its left side withdraws.
+//! A square moves to the right over a black background. The derivative of the image is positive at its right
+//! side, which advances, and negative at its left side, which recedes.
 //!
 //! ```
 //! use flatland::estimator::{Exact, Method, WarpedArea};

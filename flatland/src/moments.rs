@@ -2,8 +2,8 @@
 
 use std::ops::{Add, Mul, Sub};
 
-/// Mean and variance of a stream of numbers, or of each component of a stream of vectors, by the recurrence of
-/// Welford (1962): no sum of squares is ever taken from another.
+/// Mean and variance of a stream of numbers, or of each component of a stream of vectors, by the recurrence
+/// of Welford (1962), which subtracts no sums of squares.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moments<T = f64> {
     count: u64,
@@ -16,7 +16,7 @@ impl<T> Moments<T>
 where
     T: Copy + Add<Output = T> + Sub<Output = T> + Mul<Output = T> + Mul<f64, Output = T>,
 {
-    /// Takes one more.
+    /// Adds a sample.
     pub fn push(&mut self, x: T) {
         self.count += 1;
         let before = x - self.mean;
@@ -24,14 +24,14 @@ where
         self.squares = self.squares + before * (x - self.mean);
     }
 
-    /// The mean; 0 of none.
+    /// The mean; 0 without samples.
     #[must_use]
     pub fn mean(&self) -> T {
         self.mean
     }
 
-    /// The unbiased estimate of the variance of the mean, if all are independent: Σ (x − mean)²/(n (n − 1)). Of fewer
-    /// than two it is not a number.
+    /// Unbiased estimate of the variance of the mean of independent samples: Σ (x − mean)²/(n (n − 1)). NaN
+    /// for fewer than two.
     #[must_use]
     pub fn variance_of_mean(&self) -> T {
         let n = self.count as f64;

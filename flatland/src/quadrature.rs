@@ -3,12 +3,13 @@
 use std::collections::BinaryHeap;
 use std::sync::LazyLock;
 
-/// Points of the rule on a panel. High enough that analytic integrands converge in one or two
-/// bisections, low enough that panels at near-singularities are not wasted.
+/// Points of the rule on a panel: enough that analytic integrands converge in one or two bisections, few
+/// enough that panels at near-singularities are not wasted.
 const POINTS: usize = 12;
-/// More panels than this are not made; the error estimate then says what is left.
+/// Largest number of panels; beyond it, the error estimate includes the remainder.
 const MOST_PANELS: usize = 20_000;
-/// Panels narrower than this part of their coordinate are not halved: their points would coincide.
+/// Width of panels, relative to their coordinate, below which they are not halved: their points would
+/// coincide.
 const NARROWEST: f64 = 64.0 * f64::EPSILON;
 
 /// Nodes and weights on [0, 1].
@@ -37,8 +38,7 @@ pub(crate) fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
     (0..n).map(node).collect()
 }
 
-/// Integrals, the integral of the scale that came with the integrands, and the estimate of the sum
-/// of the errors.
+/// Integrals, the integral of the integrands' scale, and the estimated sum of the errors.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Quadrature<const N: usize> {
     pub(crate) value: [f64; N],
@@ -54,10 +54,10 @@ struct Panel<const N: usize> {
     error: f64,
 }
 
-/// ∫ f over all pieces, on which f is analytic, to `tolerance` times the integral of the scale.
+/// ∫ f over all pieces, on each of which f is analytic, to `tolerance` times the integral of the scale.
 ///
-/// The panel with the largest error is halved, where the error is the difference between the rule on
-/// the panel and on its halves: that of the former, so that the result is better than it says.
+/// The panel with the largest error is halved, where the error is the difference between the rule on the
+/// panel and on its halves: that of the former, so that the result is better than estimated.
 pub(crate) fn adaptive<const N: usize>(
     pieces: &[[f64; 2]],
     mut f: impl FnMut(f64) -> ([f64; N], f64),
@@ -74,7 +74,7 @@ pub(crate) fn adaptive<const N: usize>(
         }
     }
     let mut done = vec![];
-    // Once per panel the sums are exact enough: rounding is far below any tolerance in use.
+    // Sums updated once per panel are sufficiently exact: rounding is far below any tolerance in use.
     while error > tolerance * scale && heap.len() + done.len() < MOST_PANELS {
         let Some(panel) = heap.pop() else { break };
         let [a, b] = panel.ends;
@@ -96,7 +96,7 @@ pub(crate) fn adaptive<const N: usize>(
     sum(&mut done)
 }
 
-/// Adds up from left to right, whatever the order of refinement was.
+/// Sums from left to right, whatever the order of refinement.
 fn sum<const N: usize>(panels: &mut [Panel<N>]) -> Quadrature<N> {
     panels.sort_unstable_by(|a, b| a.ends[0].total_cmp(&b.ends[0]));
     let mut total = Quadrature { value: [0.0; N], scale: 0.0, error: 0.0 };

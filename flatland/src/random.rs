@@ -1,10 +1,10 @@
-//! Random streams addressed by what they are for, so that a result depends on the seed alone and
-//! never on the order or the number of threads.
+//! Random streams addressed by their purpose, so that results depend only on the seed and never on the order
+//! or the number of threads.
 
 use rand::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro256PlusPlus;
 
-/// The generator every estimator draws from.
+/// The generator of all estimators.
 pub type Stream = Xoshiro256PlusPlus;
 
 /// The stream of `seed` that belongs to `address` (a pixel, a sample, a purpose).
@@ -24,8 +24,7 @@ fn mix(word: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// A uniform number in the open interval (0, 1): 2⁻⁵² (k + ½), never 0 and never 1, so that
-/// logarithms of it are finite.
+/// A uniform number in the open interval (0, 1): 2⁻⁵² (k + ½), never 0 or 1, so that its logarithm is finite.
 #[expect(clippy::cast_precision_loss, reason = "53 bits fit a double exactly")]
 pub fn open01(rng: &mut impl Rng) -> f64 {
     ((rng.next_u64() >> 12) as f64 + 0.5) * f64::EPSILON

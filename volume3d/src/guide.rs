@@ -1,12 +1,12 @@
-//! For whoever begins: from a mesh to a fitted pose, what to choose, and what to expect.
+//! User guide: from a mesh to a fitted pose.
 //!
-//! | page | what it says |
+//! | page | contents |
 //! |---|---|
-//! | [`start`] | a scene around a mesh, a picture, a gradient that is checked, a pose from a picture |
-//! | [`methods`] | which method and which settings, and how to find out |
-//! | [`bias`] | what is unbiased, biased and refused, and where tails are heavy |
-//! | [`surfaces`] | a surface of unknown shape from pictures: as a grid of distances, and as a network |
-//! | [`size`] | how large a problem is practical, and what it takes in time, threads and memory |
+//! | [`start`] | a scene around a mesh, a rendering, a verified gradient, a pose fitted to a picture |
+//! | [`methods`] | choice of method and settings |
+//! | [`bias`] | unbiased, biased and refused cases; heavy tails |
+//! | [`surfaces`] | surface reconstruction from pictures, as a distance grid or a neural network |
+//! | [`size`] | practical problem sizes, with time, threads and memory |
 //! | [`theory`] | the mathematics in eleven pages: theorem, fields, curves, paths, implicit surfaces, bias |
 
 #[doc = include_str!("../guide/start.md")]

@@ -1,4 +1,4 @@
-//! The one type of images: what is read and written, rendered, differentiated, and compared.
+//! Images.
 
 use glam::DVec3;
 
@@ -9,12 +9,12 @@ pub struct Image {
     pub width: usize,
     /// Rows.
     pub height: usize,
-    /// The pixels; `width` · `height` of them.
+    /// Pixels, `width` · `height` of them.
     pub pixels: Vec<DVec3>,
 }
 
 impl Image {
-    /// One colour everywhere.
+    /// A constant image.
     #[must_use]
     pub fn constant(width: usize, height: usize, colour: DVec3) -> Self {
         Self { width, height, pixels: vec![colour; width * height] }
@@ -26,7 +26,7 @@ impl Image {
         (self.width, self.height)
     }
 
-    /// Other pixels in the same places.
+    /// An image of the same size with other pixels.
     #[must_use]
     pub fn with_pixels(&self, pixels: Vec<DVec3>) -> Self {
         Self { width: self.width, height: self.height, pixels }

@@ -1,17 +1,18 @@
-//! Warped-area sampling in three dimensions: a path tracer for triangle meshes whose images come with their
-//! derivatives.
+//! Warped-area sampling in three dimensions: a path tracer for triangle meshes and implicit surfaces that
+//! computes images and their unbiased derivatives.
 //!
-//! Fields of [auxiliary rays](gradient::Field::AuxiliaryRays) are those of [`flatland::warp`], with one more
-//! [`Domain`](flatland::warp::Domain), the [sphere](Sphere) of directions: weights, stencils and debiasing
-//! are unchanged, on the film and at every bounce. The default field, the [mean over
-//! jumps](gradient::Field::JumpMean), follows [`flatland::warp::JumpMean`] with great arcs in place of
-//! segments, clipped to what is before the face that is seen, and with the seams of curved surfaces, which
-//! yield to jumps: it lists the edges of meshes once, and takes their exact mean. Beside either field the
-//! borders of flat emitters and the sign changes of shading normals are sampled with the speed that the field
-//! leaves them, by the residual theorem of [`flatland::boundary`]. Implicit surfaces, [`sdf`], are rendered
-//! by sphere tracing, and join that mean by the points of their tracer ([`gradient::ImplicitField`]).
+//! Warp fields from [auxiliary rays](gradient::Field::AuxiliaryRays) are those of [`flatland::warp`] on one
+//! more [`Domain`](flatland::warp::Domain), the [sphere](Sphere) of directions; weights, stencils and
+//! debiasing are the same, on the film and at every bounce. The default field, the [mean over
+//! discontinuities](gradient::Field::JumpMean), is [`flatland::warp::JumpMean`] with great arcs in place of
+//! segments: it lists the edges of the meshes once and computes their weighted mean exactly. Its arcs are
+//! clipped to what lies in front of the visible face, and include the seams of curved surfaces, which count
+//! less near discontinuities. With either field, the borders of flat emitters and the sign changes of shading
+//! normals are sampled separately, with the speed that the field leaves them (the residual theorem of
+//! [`flatland::boundary`]). Implicit surfaces, [`sdf`], are rendered by sphere tracing, and contribute the
+//! points of their tracer to the mean ([`gradient::ImplicitField`]).
 //!
-//! A scene is read from a file, [`io::load_scene`], or built:
+//! A scene is read from a file, [`io::load_scene`], or built in code:
 //!
 //! ```
 //! use glam::{DAffine3, DVec3};
@@ -32,7 +33,7 @@
 //! description.add_emitter("lamp", Mesh::rectangle().transformed(&above), DVec3::splat(4.0));
 //! let scene = Scene::new(description)?;
 //!
-//! // How does every pixel change when the block moves to the right? Its silhouette and its shadow move with it.
+//! // Derivative of every pixel as the block moves to the right, with its silhouette and its shadow.
 //! let mut change = Tangent::still(&scene);
 //! change.translate(&scene, block, DVec3::X);
 //! let result = WarpedArea::default().forward(&scene, &change, &Progress::none())?;
@@ -41,29 +42,31 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The [`guide`] leads from a mesh to a fitted pose, and says which method and settings to take, and how large a problem may be.
+//! The [`guide`] leads from a mesh to a fitted pose; it compares methods and settings, and states practical
+//! problem sizes.
 //!
-//! # How it is built
+//! # Modules
 //!
-//! | room | holds |
+//! | module | contents |
 //! |---|---|
-//! | [`geometry`] | meshes and their edges, the tracing of rays and bundles of rays |
-//! | [`sdf`] | implicit surfaces: formulas, networks, and grids of signed distances, with how they are made from meshes |
-//! | [`scene`] | what a scene is made of, checked, and updated in place |
-//! | [`io`] | readers and writers that end in a value or a typed error |
-//! | `path` | the path tracer, written once over the numbers of [`flatland::calculus`] |
-//! | [`gradient`] | what may change; one sample over numbers, forward and reverse; one file a method |
-//! | [`optimize`] | parameters of a scene as one vector, losses with their adjoints, objectives of several views, fits |
+//! | [`geometry`] | meshes and their edges, ray tracing with single rays and bundles |
+//! | [`sdf`] | implicit surfaces: formulas, networks, signed distance grids, and conversion from meshes |
+//! | [`scene`] | scene description, validation, and update in place |
+//! | [`io`] | file readers and writers with typed errors |
+//! | `path` | the path tracer, generic over the scalar types of [`flatland::calculus`] |
+//! | [`gradient`] | differentiable parameters, forward and reverse mode, one file per method |
+//! | [`optimize`] | scene parameters as one vector, losses with adjoints, multi-view objectives, fits |
 //!
-//! The path tracer is one program over a number type. With plain numbers it is the primal; with dual numbers, forward
-//! mode; with numbers that write to a tape, reverse mode. So a path has the same value with and without derivatives,
-//! forward and reverse are one linear map and its transpose, and the derivative of everything continuous
-//! is complete by construction. What is added by hand is what no differentiation of the program would find: the warp.
+//! The path tracer is generic over its scalar type: plain numbers give the primal image, dual numbers forward
+//! mode, and numbers that record a tape reverse mode. So a path has the same value with and without
+//! derivatives, forward and reverse mode are a linear map and its transpose, and the derivatives of all
+//! continuous dependences are complete by construction. Automatic differentiation does not see the motion of
+//! discontinuities: for that the warp is added by hand.
 //!
-//! # What is biased
+//! # Bias
 //!
 //! [A page of the guide](guide::bias) lists what is unbiased, what is biased and by how much, what is
-//! refused, and where variances are not finite.
+//! refused, and where variances are infinite.
 
 pub mod geometry;
 pub mod gradient;

@@ -1,12 +1,12 @@
-//! Derivatives of programs: what an integrand computes is written once, over numbers that may carry derivatives.
+//! Differentiable numbers: an integrand is written once, over numbers that may carry derivatives.
 //!
 //! - `f64` is the primal;
 //! - [`Dual`] is a number with its derivatives along a few directions: forward mode;
-//! - [`Variable`] writes what is done to it to a [`Tape`], which is swept backwards for the derivative by every input at
-//!   once: reverse mode.
+//! - [`Variable`] records its operations on a [`Tape`], which is swept backwards for the derivative by every
+//!   input at once: reverse mode.
 //!
-//! Their values are computed by the same operations in the same order, and so are the same bit for bit. Nothing here
-//! knows of scenes, dimensions or pixels.
+//! Their values are computed by the same operations in the same order, and have the same bits. This module is
+//! independent of scenes, dimensions and pixels.
 //!
 //! # Example
 //!

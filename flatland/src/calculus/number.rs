@@ -5,11 +5,10 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use glam::DVec2;
 
-/// A real number, alone or with derivatives. What is computed in `Number`s is written once, and is the
-/// primal, its derivative along a direction, or a record of itself for the reverse sweep.
+/// A real number, with or without derivatives. Code over `Number` computes the primal, its derivative along a
+/// direction, or a record for the reverse sweep.
 ///
-/// The values of all three are computed by the same operations in the same order, and so are the same
-/// bit for bit.
+/// The values of all three are computed by the same operations in the same order, and have the same bits.
 pub trait Number:
     Copy
     + Debug
@@ -29,7 +28,7 @@ pub trait Number:
     /// f(self), given its value and f′ there.
     fn chain(self, value: f64, derivative: f64) -> Self;
 
-    /// Whether it has no derivative but 0.
+    /// Whether its derivatives are identically 0.
     fn is_still(self) -> bool;
 
     /// √x; its derivative at 0 is taken as 0.
@@ -107,8 +106,8 @@ impl Number for f64 {
     }
 }
 
-/// The operators of a number with a `binary(self, other, value, partials)`: each with its value and its derivatives by both
-/// operands.
+/// Operators of a number type with a `binary(self, other, value, partials)`: each with its value and its
+/// derivatives by both operands.
 macro_rules! operators {
     ([$($parameters:tt)*] $number:ty) => {
         impl<$($parameters)*> Add for $number {

@@ -1,4 +1,4 @@
-//! A record of one path's arithmetic, swept backwards for the derivative by every parameter at once.
+//! Tape: a record of one path's arithmetic, swept backwards for the derivative by every parameter at once.
 
 use std::cell::RefCell;
 use std::fmt::Debug;
@@ -7,17 +7,17 @@ use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 use super::Number;
 use super::number::operators;
 
-/// No node: what stands there is constant.
+/// Index of no node: a constant.
 const NONE: u32 = u32::MAX;
 
-/// The operands of one operation, and the derivatives of its result by them.
+/// Operands of one operation, and the derivatives of its result by them.
 #[derive(Clone, Copy, Debug)]
 struct Node {
     operands: [u32; 2],
     partials: [f64; 2],
 }
 
-/// What a sweep reports: the adjoints of a run of inputs that were declared together.
+/// A run of inputs declared together, whose adjoints a sweep reports.
 #[derive(Clone, Copy, Debug)]
 struct Input<I> {
     first: u32,
@@ -31,16 +31,16 @@ struct Record<I> {
     inputs: Vec<Input<I>>,
 }
 
-/// The operations of one sample, in order. Inputs are known by an identity `I`.
+/// The operations of one sample, in order. Inputs are identified by an `I`.
 ///
-/// An input may be the *output* of something outside the tape, such as a warp: the sweep then reports its
-/// adjoints when they are complete, and lets the outside add to the adjoints of earlier nodes.
+/// An input may be the *output* of an operation outside the tape, such as a warp: the sweep then reports its
+/// adjoints when they are complete, and the callback may add to the adjoints of earlier nodes.
 #[derive(Debug)]
 pub struct Tape<I> {
     record: RefCell<Record<I>>,
 }
 
-/// A number that writes what is done to it to a tape.
+/// A number that records its operations on a tape.
 #[derive(Debug)]
 pub struct Variable<'t, I> {
     tape: Option<&'t Tape<I>>,
@@ -57,12 +57,12 @@ impl<I> Clone for Variable<'_, I> {
 
 impl<I> Copy for Variable<'_, I> {}
 
-/// What a sweep carries backwards: a number, or a few that are kept apart, as the terms of a derivative are.
+/// Adjoint of a sweep: a number, or several that are kept separate, as the terms of a derivative.
 pub trait Adjoint: Copy + Default + PartialEq + AddAssign + Mul<f64, Output = Self> {}
 
 impl<A: Copy + Default + PartialEq + AddAssign + Mul<f64, Output = A>> Adjoint for A {}
 
-/// The adjoints of a sweep under way.
+/// The adjoints of a sweep in progress.
 #[derive(Debug)]
 pub struct Adjoints<'a, A = f64> {
     values: &'a mut Vec<A>,
@@ -85,20 +85,20 @@ impl<I> Default for Tape<I> {
 }
 
 impl<I: Copy> Tape<I> {
-    /// With nothing on it.
+    /// An empty tape.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Forgets everything but the memory.
+    /// Clears the tape, keeping its memory.
     pub fn clear(&mut self) {
         let record = self.record.get_mut();
         record.nodes.clear();
         record.inputs.clear();
     }
 
-    /// Declares inputs that belong together, eight at most. Numbers of different tapes must not meet.
+    /// Declares inputs that belong together, at most eight. Numbers of different tapes must not be combined.
     #[inline]
     pub fn inputs<const K: usize>(&self, id: I, values: [f64; K]) -> [Variable<'_, I>; K] {
         const { assert!(K <= MAX_INPUTS, "a longer run of inputs than a sweep reports") };
@@ -110,8 +110,8 @@ impl<I: Copy> Tape<I> {
         std::array::from_fn(|i| Variable { tape: Some(self), node: first + i as u32, value: values[i] })
     }
 
-    /// Sweeps backwards from `outputs`, each with the adjoint it starts from, and reports the adjoints of
-    /// every run of inputs, last declared first. `values` is working memory.
+    /// Sweeps backwards from `outputs`, each with its initial adjoint, and reports the adjoints of every run
+    /// of inputs, last declared first. `values` is working memory.
     pub fn sweep<A: Adjoint>(
         &self,
         outputs: &[(Variable<'_, I>, A)],
@@ -136,7 +136,7 @@ impl<I: Copy> Tape<I> {
                 report(input.id, own, &mut Adjoints { values });
             }
         }
-        // What lies before the first input has constant operands only.
+        // Nodes before the first input have constant operands only.
     }
 }
 
@@ -220,7 +220,7 @@ mod tests {
 
     #[test]
     fn an_output_of_something_outside_passes_its_adjoint_on() {
-        // z = 3 x happens outside.
+        // z = 3 x is computed outside the tape.
         let tape = Tape::new();
         let [x] = tape.inputs(0, [2.0]);
         let [z] = tape.inputs(1, [6.0]);

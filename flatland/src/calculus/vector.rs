@@ -1,4 +1,4 @@
-//! Vectors of numbers that may carry derivatives. glam's are of floats only, on purpose.
+//! Vectors of numbers that may carry derivatives; those of glam support floats only.
 
 use std::ops::{Add, Mul, Neg, Sub};
 
@@ -6,25 +6,25 @@ use glam::{DVec2, DVec3};
 
 use super::Number;
 
-/// What vectors of any dimension have in common.
+/// Common operations of vectors of any dimension.
 macro_rules! vector {
     ($vector:ident of $values:ident: $first:ident $(, $rest:ident)*) => {
         impl<T: Number> $vector<T> {
-            /// Of its coordinates.
+            /// A vector from its coordinates.
             #[inline]
             #[must_use]
             pub fn new($first: T $(, $rest: T)*) -> Self {
                 Self { $first $(, $rest)* }
             }
 
-            /// Without derivatives.
+            /// A constant vector.
             #[inline]
             #[must_use]
             pub fn constant(v: $values) -> Self {
                 Self::new(T::constant(v.$first) $(, T::constant(v.$rest))*)
             }
 
-            /// The vector itself.
+            /// The value, without derivatives.
             #[inline]
             #[must_use]
             pub fn value(self) -> $values {
@@ -115,14 +115,14 @@ impl<T: Number> Vec2<T> {
         self.x * other.y - self.y * other.x
     }
 
-    /// Turned from +x towards +y by a right angle.
+    /// Rotated by a right angle from +x towards +y.
     #[inline]
     #[must_use]
     pub fn perp(self) -> Self {
         Self::new(-self.y, self.x)
     }
 
-    /// The signed angle from a to b, to full precision however small.
+    /// The signed angle from a to b, to full precision also for small angles.
     #[must_use]
     pub fn angle_to(self, other: Self) -> T {
         let (sin, cos) = (self.cross(other), self.dot(other));
@@ -144,7 +144,7 @@ impl<T: Number> Vec3<T> {
         )
     }
 
-    /// A constant vector after a turn ω: v + ω × v.
+    /// A constant vector under an infinitesimal rotation ω: v + ω × v.
     #[inline]
     #[must_use]
     pub fn turned(v: DVec3, turn: Option<Self>) -> Self {
@@ -153,7 +153,7 @@ impl<T: Number> Vec3<T> {
     }
 }
 
-/// Linear RGB, of numbers that may carry derivatives.
+/// Linear RGB over numbers that may carry derivatives.
 #[derive(Clone, Copy, Debug)]
 pub struct Rgb<T>(
     /// Red, green and blue.
@@ -161,14 +161,14 @@ pub struct Rgb<T>(
 );
 
 impl<T: Number> Rgb<T> {
-    /// Without derivatives.
+    /// A constant colour.
     #[inline]
     #[must_use]
     pub fn constant(c: DVec3) -> Self {
         Self(c.to_array().map(T::constant))
     }
 
-    /// The colour itself.
+    /// The value, without derivatives.
     #[inline]
     #[must_use]
     pub fn value(self) -> DVec3 {

@@ -19,22 +19,21 @@ pub enum Form {
     Reparameterised,
 }
 
-/// ∫ h ∂f/∂θ + ∇·(V h f) du of every pixel by sampling, for any construction of V: the derivative
-/// of the image if V is continuous and boundary consistent, and something else if it is not.
+/// ∫ h ∂f/∂θ + ∇·(V h f) du of every pixel by sampling, for any construction of V: the derivative of the
+/// image if V is continuous and boundary consistent, and otherwise not.
 ///
-/// For the box filter, which jumps on the fixed pixel edge, the flux ∮ f (V·n) dl through that edge
-/// is subtracted, at one point of it per sample.
+/// For the box filter, which is discontinuous on the static pixel edge, the flux ∮ f (V·n) dl through that
+/// edge is subtracted, at one point of it per sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AreaIntegral {
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub samples: usize,
     /// Area or reparameterised form.
     pub form: Form,
-    /// Whether a constant, the mean of f over the pixel, is subtracted from f. It changes nothing
-    /// where V is continuous, because ∫ ∇·(V h) du = 0, and removes the variance of pixels that see
-    /// one shade.
+    /// Whether the mean of f over the pixel is subtracted from f as a control variate. If V is continuous it
+    /// changes nothing, because ∫ ∇·(V h) du = 0, and it removes the variance of pixels of constant shade.
     pub control_variate: bool,
-    /// Seed.
+    /// Random seed.
     pub seed: u64,
 }
 
@@ -76,8 +75,8 @@ impl AreaIntegral {
     }
 }
 
-/// The mean of f over a pixel from 16 fixed points, weighted by the filter. Any constant would do
-/// as a control variate; this one is close to the best.
+/// The filter-weighted mean of f over a pixel, from 16 fixed points. Any constant would be a valid control
+/// variate; this one is close to optimal.
 pub(super) fn pixel_mean(scene: &Scene, film: &Film, centre: DVec2) -> DVec3 {
     let (low, high) = film.support(centre);
     let (mut sum, mut mass) = (DVec3::ZERO, 0.0);
@@ -97,7 +96,7 @@ struct Place<'a> {
     film: &'a Film,
     centre: DVec2,
     velocities: &'a [DVec2],
-    /// Subtracted from f.
+    /// Control variate, subtracted from f.
     control: DVec3,
 }
 
@@ -117,7 +116,7 @@ impl Place<'_> {
         let point = Dual::path(u, v);
         let filter = self.film.filter_value_dual(self.centre, point) * (1.0 / sample.density);
         let jacobian = Dual::new(1.0, [field.divergence]);
-        // A shade that goes along with the material sees T move relative to it.
+        // A shade attached to the material sees T move relative to it.
         let carried = hit.filter(|h| scene.shapes()[h.shape()].shade().attachment() == Attachment::Material);
         let shade_point = carried.map_or(point, |h| Dual::path(u, v - h.velocity(self.velocities)));
         let shade = scene.value_dual(hit, u, shade_point);
@@ -130,7 +129,7 @@ impl Place<'_> {
 pub(super) struct PixelSide {
     pub(super) u: DVec2,
     pub(super) outward: DVec2,
-    /// h over the density.
+    /// h divided by the density.
     pub(super) weight: f64,
 }
 
@@ -139,7 +138,7 @@ impl PixelSide {
         let along = 4.0 * open01(rng);
         let outward = [DVec2::X, DVec2::Y, DVec2::NEG_X, DVec2::NEG_Y][along as usize];
         let u = centre + film.pixel() * (0.5 * outward + (along.fract() - 0.5) * outward.perp());
-        // On both sides of an edge that lies on it.
+        // Randomly on both sides of an edge that lies on it.
         let u = u + film.border() * (2.0 * open01(rng) - 1.0) * outward;
         Self { u, outward, weight: 4.0 / film.pixel() }
     }

@@ -1,4 +1,4 @@
-//! The boundary integral that a warp field leaves over.
+//! The residual boundary integral of a warp field.
 
 use glam::{DVec2, DVec3};
 
@@ -11,15 +11,15 @@ use crate::warp::{Plane, WarpField};
 
 /// Σ ∮ h Δf (v − V)·ν dl of every pixel, sampled on the edges, for any continuous field V.
 ///
-/// With the [`AreaIntegral`](super::AreaIntegral) of the same field it is the derivative of the image,
-/// whether the field is boundary consistent or not: the [residual theorem](crate::boundary) (Theory 7). Their
-/// samples must be independent, so give them other seeds, or add their variances with care. The integral is
-/// unbiased if no two visible edges coincide, and if V is known exactly, or estimated without bias.
+/// Together with the [`AreaIntegral`](super::AreaIntegral) of the same field it is the derivative of the
+/// image, whether or not the field is boundary consistent, by the [residual theorem](crate::boundary)
+/// (Theory 7). Use different seeds for the two, as variances add only if the samples are independent. The
+/// integral is unbiased if no two visible edges coincide, and if V is exact or estimated without bias.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BoundaryIntegral {
-    /// Samples a pixel: at least 2, or the standard error is not a number.
+    /// Samples per pixel, at least 2; with one, the standard error is NaN.
     pub samples: usize,
-    /// Seed.
+    /// Random seed.
     pub seed: u64,
 }
 

@@ -1,9 +1,10 @@
 //! The Monte Carlo driver of all estimators: sums over samples, forward by pixel and in reverse by batch.
 //!
-//! Sample s of pixel p draws from a stream of its own, so that results depend on the seed alone, not on threads, and forward
-//! and reverse see the same random numbers: they are one linear map and its transpose.
+//! Sample s of pixel p draws from a stream of its own, so that results depend only on the seed, not on
+//! threads, and forward and reverse mode use the same random numbers: they are a linear map and its
+//! transpose.
 //!
-//! A sample that is not finite counts as 0 and is reported with its pixel, in both modes.
+//! A non-finite sample counts as 0 and is reported with its pixel, in both modes.
 
 use std::ops::{Add, AddAssign, Mul, Sub};
 
@@ -57,8 +58,8 @@ pub(super) fn sample_stream(seed: u64, pixel: usize, sample: usize) -> Stream {
     stream(seed, &[pixel as u64, sample as u64])
 }
 
-/// Mean and standard error over the samples of every pixel; `pixel(p)` returns the function from the index of a sample to its
-/// value and its rays.
+/// Mean and standard error over the samples of every pixel; `pixel(p)` returns the function from the index of
+/// a sample to its value and rays.
 ///
 /// # Errors
 /// [`EstimatorError::NoSamples`].
@@ -91,14 +92,14 @@ pub(super) fn forward<T: Value, F: FnMut(usize) -> (T, RayCount)>(
     Ok(Cost::sum(sums.into_iter().map(|(_, cost)| cost)).estimate(mean, standard_error))
 }
 
-/// Independent batches in reverse mode: enough for a standard error, few enough to hold in memory.
+/// Number of independent batches in reverse mode: enough for a standard error, few enough to store.
 const BATCHES: usize = 16;
 
 /// Covectors of one sample, by parameter.
 pub(super) type Covectors<T> = Vec<(usize, T)>;
 
-/// ∂L/∂p of every parameter p. `pixel(p)` returns the function that pushes the covectors of a sample, times the pixel's
-/// adjoint ∂L/∂I, and returns its rays; it is `None` where the adjoint is 0.
+/// ∂L/∂p of every parameter p. `pixel(p)` returns the function that pushes the covectors of a sample, times
+/// the pixel's adjoint ∂L/∂I, and returns its rays; it is `None` where the adjoint is 0.
 ///
 /// # Errors
 /// [`EstimatorError::NoSamples`].
@@ -137,7 +138,7 @@ pub(super) fn reverse<T: Value, F: FnMut(usize, &mut Covectors<T>) -> RayCount>(
     for (gradient, _) in &parts {
         mean.iter_mut().zip(gradient).for_each(|(m, g)| *m += *g);
     }
-    // A batch estimates its share of the gradient; shares differ by one sample at most.
+    // Each batch estimates its share of the gradient; shares differ by at most one sample.
     let mut squares = vec![T::default(); parameters];
     for (batch, (gradient, _)) in parts.iter().enumerate() {
         let share = (samples - batch).div_ceil(batches) as f64 * scale;
@@ -151,7 +152,7 @@ pub(super) fn reverse<T: Value, F: FnMut(usize, &mut Covectors<T>) -> RayCount>(
     Ok(Cost::sum(parts.into_iter().map(|(_, cost)| cost)).estimate(mean, standard_error))
 }
 
-/// Rays of samples, and the samples that were not finite as (pixel, sample).
+/// Rays of samples, and the non-finite samples, as (pixel, sample).
 #[derive(Debug, Default)]
 struct Cost {
     rays: RayCount,
@@ -181,13 +182,13 @@ mod tests {
     const SAMPLES: usize = 50;
     const RATES: [f64; 3] = [0.3, -0.7, 2.0];
 
-    /// A sample's covectors of three parameters, which are not finite now and then.
+    /// Covectors of a sample for three parameters, occasionally non-finite.
     fn sample(pixel: usize, sample: usize) -> [f64; 3] {
         let mut rng = sample_stream(3, pixel, sample);
         RATES.map(|_| if open01(&mut rng) < 0.1 { f64::INFINITY } else { open01(&mut rng) })
     }
 
-    /// Samples that are not finite count as 0 forward and in reverse, and both report them.
+    /// Non-finite samples count as 0 forward and in reverse, and both report them.
     #[test]
     fn forward_and_reverse_are_transposes_where_samples_fail() {
         let adjoint = [1.0, -2.0, 0.0, 0.5];

@@ -1,11 +1,11 @@
-//! Points of the edges that a pixel sees.
+//! Sampling of points on the edges seen by a pixel.
 
 use glam::{DVec2, DVec3};
 
 use crate::plane::{Edge, EdgeTree, Film, Filter, Hit, MaterialPoint, Scene};
 use crate::random::{Stream, open01};
 
-/// The edges of one pixel's support, with the cumulative length of their parts inside.
+/// Edges in one pixel's support, with the cumulative length of their parts inside.
 pub(super) struct PixelEdges {
     centre: DVec2,
     parts: Vec<Part>,
@@ -15,28 +15,28 @@ struct Part {
     edge: Edge,
     /// The part inside, as parameters along the edge.
     range: (f64, f64),
-    /// The length of all parts up to and including this one.
+    /// Total length of the parts up to and including this one.
     cumulative: f64,
 }
 
-/// A point of an edge that is seen.
+/// A visible point of an edge.
 pub(super) struct EdgePoint {
-    /// Where it is.
+    /// Position.
     pub(super) u: DVec2,
-    /// What it moves with.
+    /// The material point with which it moves.
     pub(super) material: MaterialPoint,
-    /// The normal that points out of the shape.
+    /// Outward normal of the shape.
     pub(super) outward: DVec2,
-    /// h over the density.
+    /// h divided by the density.
     pub(super) weight: f64,
-    /// f on the side of the shape, and beside it.
+    /// f on the side of the shape, and on the other side.
     pub(super) values: [DVec3; 2],
-    /// What is seen beside it.
+    /// The hit on the other side.
     pub(super) beside: Option<Hit>,
 }
 
 impl EdgePoint {
-    /// h Δf over the density, with Δf from the shape to what is beside it.
+    /// h Δf divided by the density, with Δf from the shape to the other side.
     pub(super) fn jump(&self) -> DVec3 {
         (self.values[0] - self.values[1]) * self.weight
     }
@@ -59,10 +59,10 @@ impl PixelEdges {
         self.centre
     }
 
-    /// A point uniform by length, if it is seen, and the number of rays it took to know.
+    /// A point uniform by length, if it is visible, and the number of rays.
     ///
-    /// The shape below is what lies at the point itself, so an edge that lies exactly under another is taken to extend
-    /// across it.
+    /// The shape below is found at the point itself, so an edge that lies exactly under another is assumed to
+    /// extend across it.
     pub(super) fn draw(&self, scene: &Scene, film: &Film, rng: &mut Stream) -> (Option<EdgePoint>, u64) {
         let Some(length) = self.parts.last().map(|part| part.cumulative) else { return (None, 0) };
         let at = open01(rng) * length;
@@ -90,7 +90,7 @@ mod tests {
     use crate::plane::exact::ExactError;
     use crate::plane::{Film, Filter, Motion, Polygon, Scene, Shade, Shape};
 
-    /// A square over pixels 2 to 4 of 8 both ways, moved to the right.
+    /// A square over pixels 2 to 4 of 8 in both directions, moved to the right.
     fn square(moved: f64) -> Scene {
         let corners = [(2.0, 2.0), (5.0, 2.0), (5.0, 5.0), (2.0, 5.0)];
         let corners = corners.map(|(x, y)| DVec2::new(x + moved, y));
@@ -98,8 +98,9 @@ mod tests {
         Scene::new(DVec3::ZERO, vec![Shape::new(polygon, Shade::constant(DVec3::ONE))]).expect("a scene")
     }
 
-    /// Pixels on both sides of an edge on their border have the mean of both one-sided derivatives, by every
-    /// method that samples; the exact engine refuses. A millionth of a pixel away one of them has all.
+    /// Pixels on both sides of an edge on their border get the mean of both one-sided derivatives, by every
+    /// sampling method; the exact engine refuses. At a distance of a millionth of a pixel one of them gets
+    /// all.
     #[test]
     fn edges_on_pixel_borders_are_a_part_of_both() {
         let film = Film::new(8, 8, Filter::Box).expect("a film");

@@ -7,20 +7,20 @@ use super::plane::{self, Covectors, GradientImage, LinearMethod, VertexGradient,
 use crate::plane::{EdgeTree, Film, Image, MaterialPoint, Motion, Scene};
 use crate::random::Stream;
 
-/// dI/dθ = ∫ h ∂f/∂θ du + ∮ h Δf (v·ν) dl, with the boundary term sampled on the edges: the residual of V = 0 (see
-/// [`boundary`](crate::boundary)).
+/// dI/dθ = ∫ h ∂f/∂θ du + ∮ h Δf (v·ν) dl, with the boundary term sampled on the edges: the residual of V = 0
+/// (see [`boundary`](crate::boundary)).
 ///
-/// Edges are chosen by the length of their part inside the pixel's support, whether they can be
-/// seen or not; a sampled point counts if nothing above covers it. That occlusion test, and the
-/// samples spent on hidden edges, are what the method pays.
+/// Edges are chosen by the length of their part inside the pixel's support, visible or not; a sampled point
+/// counts if nothing covers it. The method's costs are that occlusion test and the samples spent on hidden
+/// edges.
 ///
-/// Unbiased if no two visible edges coincide: the shape below is what lies at the point itself, so
-/// an edge that lies exactly under another is taken to extend across it.
+/// Unbiased if no two visible edges coincide: the shape below is found at the point itself, so an edge that
+/// lies exactly under another is assumed to extend across it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct EdgeSampling {
-    /// Samples a pixel: one point of the area and one of an edge each.
+    /// Samples per pixel: one point of the area and one of an edge each.
     pub samples: usize,
-    /// Seed.
+    /// Random seed.
     pub seed: u64,
 }
 

@@ -1,4 +1,4 @@
-//! The error of every estimator.
+//! Error type of all estimators.
 
 use crate::plane::MotionError;
 use crate::plane::exact::ExactError;
@@ -6,7 +6,7 @@ use crate::sdf::fields::FieldError;
 use crate::transport::{CameraError, TangentError, WorldError};
 use crate::warp::WarpError;
 
-/// A derivative that cannot be estimated.
+/// Reason why a derivative cannot be estimated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EstimatorError {
@@ -28,18 +28,18 @@ pub enum EstimatorError {
     /// The exact derivative does not exist or cannot be computed.
     #[error(transparent)]
     Exact(#[from] ExactError),
-    /// A finite difference left the space of worlds.
+    /// A finite difference led to an invalid world.
     #[error("displaced by θ = {theta}: {source}")]
     Displaced {
         /// The displacement.
         theta: f64,
-        /// The error there.
+        /// The violation there.
         source: WorldError,
     },
-    /// No samples were asked for.
+    /// No samples were requested.
     #[error("at least one sample per pixel is needed")]
     NoSamples,
-    /// The rotation method was given no candidates to follow.
+    /// The rotation method has no candidates to follow.
     #[error("at least one candidate to follow is needed")]
     NoCandidates,
     /// The finite difference's step is not positive and finite.
@@ -48,7 +48,7 @@ pub enum EstimatorError {
         /// The step.
         step: f64,
     },
-    /// The softness of a softened mean over jumps is negative or not a number.
+    /// The softness of a softened mean over discontinuities is negative or NaN.
     #[error("the softness {softness} is negative or not a number")]
     Softness {
         /// The softness: in pixels in the plane, in kernel widths along paths.
@@ -66,7 +66,7 @@ pub enum EstimatorError {
         /// ε.
         width: f64,
     },
-    /// The adjoint image is not of the film's size.
+    /// The adjoint image differs from the film in size.
     #[error("an adjoint image of {} × {} pixels for a film of {} × {}", found.0, found.1, expected.0, expected.1)]
     AdjointSize {
         /// Width and height of the film.
@@ -77,9 +77,9 @@ pub enum EstimatorError {
     /// A direction in parameter space has the wrong number of parameters.
     #[error("a direction of {found} parameters for a shape that has {expected}")]
     Direction {
-        /// The shape's number of parameters.
+        /// Number of the shape's parameters.
         expected: usize,
-        /// The number given.
+        /// Number given.
         found: usize,
     },
 }

@@ -1,18 +1,19 @@
-//! The result of every estimator.
+//! Result type of all estimators.
 
-/// A mean over samples with its standard error: of every pixel in forward mode, of every parameter in reverse mode.
+/// A mean over samples with its standard error: of every pixel in forward mode, of every parameter in reverse
+/// mode.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Estimate<M, E = M> {
     /// The mean.
     pub mean: M,
-    /// The standard error of the mean; 0 where the mean is exact, NaN from a single sample. In reverse mode it is estimated
-    /// from at most 16 independent batches of samples.
+    /// Standard error of the mean; 0 if the mean is exact, NaN for a single sample. In reverse mode it is
+    /// estimated from at most 16 independent batches of samples.
     pub standard_error: E,
-    /// The number of rays traced; in the plane, of points at which the scene was evaluated.
+    /// Number of rays traced; in the plane, of visibility queries.
     pub rays: u64,
-    /// The number of rays that ran out of steps of a sphere tracer. They count as misses, and the mean is then biased.
+    /// Number of rays that ran out of steps of a sphere tracer. They count as misses, which biases the mean.
     pub out_of_steps: u64,
-    /// The samples that were not finite, as (pixel, sample). They count as 0, and the mean is then biased.
+    /// Non-finite samples, as (pixel, sample). They count as 0, which biases the mean.
     pub non_finite: Vec<(usize, usize)>,
 }
 

@@ -1,4 +1,4 @@
-//! Central differences with common random numbers.
+//! Central finite differences with common random numbers.
 
 use glam::{DVec2, DVec3};
 
@@ -10,15 +10,15 @@ use crate::plane::{Film, Image, Motion, Scene};
 
 /// (I(θ + step) − I(θ − step))/(2 step), from the same samples of both images.
 ///
-/// The bias is O(step²) where the image is smooth in θ. The variance is O(1/step): only samples
-/// that an edge sweeps over contribute, each 1/(2 step).
+/// The bias is O(step²) where the image is smooth in θ. The variance is O(1/step): only samples that an edge
+/// crosses contribute, 1/(2 step) each.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FiniteDifference {
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub samples: usize,
-    /// The step, in the unit of θ.
+    /// The step, in units of θ.
     pub step: f64,
-    /// Seed.
+    /// Random seed.
     pub seed: u64,
 }
 
@@ -49,8 +49,8 @@ impl Method for FiniteDifference {
         })
     }
 
-    /// One central difference per coordinate of every vertex: the cost grows with their number. The
-    /// standard error is an upper bound: it takes the channels of a pixel as fully correlated.
+    /// One central difference per coordinate of every vertex: the cost grows with their number. The standard
+    /// error is an upper bound: it assumes the channels of a pixel to be fully correlated.
     fn reverse(&self, scene: &Scene, film: &Film, adjoint: &Image) -> Result<VertexGradient, EstimatorError> {
         check_size(film, adjoint)?;
         let mut out = Estimate::exact(vec![], vec![]);
@@ -61,7 +61,7 @@ impl Method for FiniteDifference {
                     let motion = Motion::vertex(shape, vertex, DVec2::AXES[axis]);
                     let image = self.forward(scene, &motion, film)?;
                     mean[axis] = adjoint.dot(&image.mean);
-                    // Channels share their samples: at worst their errors add up.
+                    // Channels share their samples: in the worst case their errors add.
                     let errors = adjoint.zip(&image.standard_error, |a, e| (a * e).abs());
                     let squares = errors.pixels().iter().map(|p| p.element_sum().powi(2));
                     error[axis] = squares.sum::<f64>().sqrt();

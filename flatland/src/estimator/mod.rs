@@ -4,20 +4,20 @@
 //! |---|---|---|
 //! | [`Exact`] | exact | the arrangement of all edges |
 //! | [`WarpedArea`] of auxiliary points | with debiasing; else consistent in their number | nothing |
-//! | [`WarpedArea`] of the mean over jumps | yes | a list of all edges |
-//! | [`WarpedArea`] of the softened mean, with its residual | yes, if no two visible edges coincide | a list of all edges |
-//! | [`EdgeSampling`] | yes, if no two visible edges coincide | a list of all edges |
+//! | [`WarpedArea`] of the mean over discontinuities | yes | a list of all edges |
+//! | softened [`WarpedArea`], with its residual | yes, if no visible edges coincide | a list of all edges |
+//! | [`EdgeSampling`] | yes, if no visible edges coincide | a list of all edges |
 //! | [`Rotation`] | no | nothing |
 //! | [`FiniteDifference`] | no: O(step²) | two scenes |
 //!
-//! Forward mode differentiates every pixel with respect to one parameter, a [`Motion`]. Reverse
-//! mode differentiates one loss, given as its adjoint image ∂L/∂I, with respect to every vertex.
-//! All sampled methods draw sample s of pixel p from a stream of its own, so that results depend on
-//! the seed alone, and forward and reverse see the same random numbers: they are one linear map and
-//! its transpose.
+//! Forward mode differentiates every pixel with respect to one parameter, a [`Motion`]. Reverse mode
+//! differentiates one loss, given as its adjoint image ∂L/∂I, with respect to every vertex. All sampled
+//! methods draw sample s of pixel p from a stream of its own, so that results depend only on the seed, and
+//! forward and reverse mode use the same random numbers: they are a linear map and its transpose.
 //!
-//! These methods take scenes of polygons. Flat worlds in which light is scattered have theirs in [`transport`], implicit
-//! shapes in [`sdf`]: one driver, one [`Estimate`] and one [`EstimatorError`] serve all.
+//! These methods take scenes of polygons. Those for two-dimensional worlds with light scattering are in
+//! [`transport`], those for implicit shapes in [`sdf`]: all share one driver, one [`Estimate`] and one
+//! [`EstimatorError`].
 
 mod area_integral;
 mod boundary_integral;
@@ -49,7 +49,7 @@ use crate::plane::{Film, Image, Motion, Scene};
 
 /// A method that differentiates the image of a scene of polygons.
 pub trait Method: Sync {
-    /// A short name for tables and legends.
+    /// Short name for tables and legends.
     fn name(&self) -> &'static str;
 
     /// dI/dθ of every pixel, for one motion.

@@ -1,4 +1,4 @@
-//! Forward and reverse mode of every method in the plane whose samples are linear in the velocities.
+//! Forward and reverse mode of all methods in the plane whose samples are linear in the velocities.
 
 use glam::{DVec2, DVec3};
 
@@ -11,31 +11,31 @@ use crate::random::Stream;
 /// dI/dθ of every pixel, per channel.
 pub type GradientImage = Estimate<Image>;
 
-/// dL/dp of every vertex p of the scene, shape after shape.
+/// dL/dp of every vertex p of the scene, shape by shape.
 pub type VertexGradient = Estimate<Vec<DVec2>>;
 
-/// One covector per channel: the factors of a material point's velocity in a sample of dI/dθ.
+/// One covector per channel: the derivative of a sample of dI/dθ by the velocity of a material point.
 pub(super) type Covectors = [DVec2; 3];
 
-/// A method whose sample is Σ covector · velocity over material points. Forward mode multiplies,
-/// reverse mode scatters the same covectors, so each is the other's transpose by construction.
+/// A method whose sample is Σ covector · velocity over material points. Forward mode multiplies, reverse mode
+/// scatters the same covectors, so each is the transpose of the other by construction.
 pub(super) trait LinearMethod: Sync {
-    /// Shared by all samples of a scene.
+    /// Data prepared once per scene.
     type Prepared: Sync;
-    /// Shared by all samples of a pixel.
+    /// Data prepared once per pixel.
     type Pixel;
 
-    /// Samples a pixel.
+    /// Samples per pixel.
     fn samples(&self) -> usize;
 
-    /// The seed of all streams.
+    /// Seed of all streams.
     fn seed(&self) -> u64;
 
     fn prepare(&self, scene: &Scene, film: &Film) -> Result<Self::Prepared, EstimatorError>;
 
     fn pixel(&self, view: &View<'_, Self::Prepared>, x: usize, y: usize) -> Self::Pixel;
 
-    /// One sample: emits covectors, and returns the number of rays it took.
+    /// One sample: emits covectors, and returns the number of rays.
     fn sample(
         &self,
         view: &View<'_, Self::Prepared>,
@@ -45,7 +45,7 @@ pub(super) trait LinearMethod: Sync {
     ) -> u64;
 }
 
-/// A scene on its film, with a method's preparation for them.
+/// A scene and its film, with the prepared data of a method.
 #[derive(Debug)]
 pub(super) struct View<'a, P> {
     pub(super) scene: &'a Scene,
@@ -74,7 +74,8 @@ pub(super) fn forward<M: LinearMethod>(
     })
 }
 
-/// Mean and standard error of every pixel; `pixel(x, y)` returns the function from a sample's stream to its value and rays.
+/// Mean and standard error of every pixel; `pixel(x, y)` returns the function from a sample's stream to its
+/// value and rays.
 pub(super) fn gradient_image<F: FnMut(&mut Stream) -> (DVec3, u64)>(
     film: &Film,
     samples: usize,

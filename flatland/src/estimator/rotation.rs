@@ -1,4 +1,4 @@
-//! One rigid motion per kernel (Loubet, Holzschuch and Jakob 2019), in the image plane.
+//! Rotation heuristic: one rigid motion per kernel (Loubet, Holzschuch and Jakob 2019), in the image plane.
 
 use glam::DVec2;
 
@@ -11,8 +11,8 @@ use crate::plane::{Film, Filter, Image, MaterialPoint, Motion, Scene};
 use crate::random::Stream;
 use crate::warp::WarpError;
 
-/// The integral over the image is spread over small kernels, ∫ f du = ∫∫ f(u) k(μ, u) du dμ, and each
-/// kernel is moved rigidly so as to follow one of the points seen in it.
+/// The integral over the image is spread over small kernels, ∫ f du = ∫∫ f(u) k(μ, u) du dμ, and each kernel
+/// is moved rigidly so as to follow one of the points seen in it.
 ///
 /// With V the velocity of that point, constant on the kernel,
 ///
@@ -20,18 +20,18 @@ use crate::warp::WarpError;
 /// dI/dθ ≈ ∫∫ k h ∂f/∂θ + ∇(k h f)·V du dμ
 /// ```
 ///
-/// On the sphere the rigid motion is a rotation; in the plane, a translation. The point is chosen by a
-/// heuristic: of a few points drawn from the kernel, the topmost shape's. **Biased** wherever no one rigid
-/// motion carries every edge in the kernel (Theory 11).
+/// On the sphere the rigid motion is a rotation; in the plane, a translation. The point is chosen
+/// heuristically: of several points drawn from the kernel, that of the topmost shape. **Biased** wherever no
+/// single rigid motion moves every edge in the kernel (Theory 11).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rotation {
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub samples: usize,
     /// The kernel's concentration κ, in 1/pixel².
     pub kappa: f64,
-    /// Points from which the one to follow is chosen.
+    /// Number of points from which the followed one is chosen.
     pub candidates: usize,
-    /// Seed.
+    /// Random seed.
     pub seed: u64,
 }
 
@@ -107,7 +107,7 @@ impl LinearMethod for Rotation {
             [0, 1, 2].map(|c| f[c] * s.gradient + s.value * gradient[c] + s.value * f[c] * kappa * offset);
         emit(point.point(), &covectors);
         if film.filter() == Filter::Box {
-            // The filter's own jump, on the pixel's fixed edge.
+            // The filter's own discontinuity, on the pixel's static edge.
             let side = PixelSide::draw(film, centre, rng);
             let mu = side.u + kernel_offset(kappa, rng);
             rays += 1 + self.candidates as u64;

@@ -1,4 +1,4 @@
-//! Warped-area sampling (Bangaru, Li and Durand 2020), with two constructions of the field.
+//! Warped-area sampling (Bangaru, Li and Durand 2020), for several constructions of the field.
 
 use glam::{DVec2, DVec3};
 
@@ -14,43 +14,45 @@ use crate::warp::{JumpMean, Plane, Stencil, Warp};
 
 /// dI/dθ = ∫ h ∂f/∂θ + ∇·(V h f) du, at sampled points u.
 ///
-/// For the box filter, which jumps on the fixed pixel edge, the flux ∮ f (V·n) dl through that edge
-/// is subtracted, at one point of it per sample (Bangaru et al. 2022).
+/// For the box filter, which is discontinuous on the static pixel edge, the flux ∮ f (V·n) dl through that
+/// edge is subtracted, at one point of it per sample (Bangaru et al. 2022).
 ///
 /// The mean shade of the pixel is subtracted from f as a control variate: ∫ ∇·(V h) du = 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WarpedArea {
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub samples: usize,
-    /// How V is constructed.
+    /// Construction of V.
     pub construction: Construction,
     /// Area or reparameterised form; reverse mode is the transpose of both.
     pub form: Form,
-    /// Seed.
+    /// Random seed.
     pub seed: u64,
 }
 
 /// A construction of V for an image, with lengths in pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Construction {
-    /// A mean over what auxiliary points around u see. Unbiased if the warp's debiasing is, consistent otherwise. It
-    /// needs no list of edges, and works whatever the shapes, as long as the scene can say what is seen at a point.
+    /// A mean over hits at auxiliary points around u. Unbiased if the warp is debiased, consistent otherwise.
+    /// It needs no list of edges, and supports any shapes, as long as the scene answers visibility queries.
     Auxiliary {
-        /// How it is estimated.
+        /// Parameters of the estimate.
         warp: Warp,
-        /// The kernel's concentration κ, in 1/pixel²: its width is κ^−½ pixels.
+        /// Kernel concentration κ, in 1/pixel²: its width is κ^−½ pixels.
         kappa: f64,
     },
-    /// A [mean over the jumps](JumpMean) around u: unbiased, and nothing in it is random. It needs a list of all edges;
-    /// where there is one it has far less variance than auxiliary points, and takes less time.
+    /// A [mean over the discontinuities](JumpMean) around u: unbiased and deterministic. It needs a list of
+    /// all edges; with one it has far less variance than auxiliary points, at a lower cost.
     JumpMean {
-        /// R in pixels: the least variance is at about 0.6, and hardly more from 0.3 to 8; a sample's time grows with it.
+        /// R in pixels: the variance is least at about 0.6, and hardly larger from 0.3 to 8; the cost of a
+        /// sample grows with it.
         reach: f64,
     },
-    /// A [softened](JumpMean#softened) mean over the jumps, and one sample of the edges per sample of the area for what it leaves:
-    /// unbiased for every softness from 0, the exact mean, to ∞, edge sampling. Its samples have a bound where those of the exact mean
-    /// have none: at crossings of edges that move differently, and in gaps. As edge sampling it takes no scenes whose visible
-    /// edges coincide. The boundary has one form only, and so has this: whatever [`form`](WarpedArea::form) says.
+    /// A [softened](JumpMean#softened) mean over the discontinuities, and one sample of the edges per sample
+    /// of the area for its residual: unbiased for every softness from 0, the exact mean, to ∞, edge sampling.
+    /// Its samples are bounded where those of the exact mean are not: at crossings of edges that move
+    /// differently, and in gaps. Like edge sampling it does not support scenes whose visible edges coincide.
+    /// Only the area form is used, whatever the value of [`form`](WarpedArea::form).
     Softened {
         /// R in pixels.
         reach: f64,
@@ -60,19 +62,19 @@ pub enum Construction {
 }
 
 impl Construction {
-    /// The default κ, in 1/pixel²: a kernel 0.15 pixels wide.
+    /// Default κ, in 1/pixel²: a kernel 0.15 pixels wide.
     pub const KAPPA: f64 = 44.0;
 }
 
 impl From<Warp> for Construction {
-    /// Auxiliary points within a kernel of the default's width.
+    /// Auxiliary points with the default kernel width.
     fn from(warp: Warp) -> Self {
         Self::Auxiliary { warp, kappa: Self::KAPPA }
     }
 }
 
 impl Default for Construction {
-    /// Auxiliary points: the derivation's own method.
+    /// Auxiliary points, the published method.
     fn default() -> Self {
         Warp::default().into()
     }
@@ -109,7 +111,7 @@ impl Method for WarpedArea {
                     Prepared::Jumps { jumps, residual: false } => {
                         integral.forward(scene, velocities, film, &JumpField { scene, velocities, jumps })
                     }
-                    // The boundary has one form only.
+                    // The residual has only one form.
                     Prepared::Jumps { residual: true, .. } => plane::forward(self, scene, motion, film),
                 }
             }
@@ -121,7 +123,7 @@ impl Method for WarpedArea {
     }
 }
 
-/// A pixel's centre, the control variate: the mean shade, which is subtracted from f; and its edges, if they are sampled.
+/// A pixel's centre, its control variate (the mean shade), and its edges, if they are sampled.
 pub(super) struct Pixel {
     centre: DVec2,
     control: DVec3,
@@ -137,13 +139,13 @@ pub(super) enum Prepared {
     },
     Jumps {
         jumps: SceneJumps,
-        /// Whether the field leaves something to the boundary.
+        /// Whether the field has a residual.
         residual: bool,
     },
 }
 
 impl Prepared {
-    /// The coefficients of (V, ∇·V) at u, and the number of rays they took.
+    /// Coefficients of (V, ∇·V) at u, and the number of rays.
     fn stencil(
         &self,
         scene: &Scene,
@@ -261,8 +263,8 @@ impl LinearMethod for WarpedArea {
     }
 }
 
-/// −∮ h f⁺ (v − V⁺)·ν dl at one point of the edges: what a softened field leaves, on the side on which a shape ends. On the
-/// shape's own side V = v.
+/// −∮ h f⁺ (v − V⁺)·ν dl at one point of the edges: the residual of a softened field, on the side on which a
+/// shape ends. On the shape's own side V = v.
 fn residual(
     view: &View<'_, Prepared>,
     edges: &PixelEdges,

@@ -1,7 +1,7 @@
-//! A bounding-volume hierarchy of axis-aligned boxes in the plane.
+//! Bounding-volume hierarchy of axis-aligned boxes in the plane.
 //!
-//! One tree serves the triangles that are seen, the edges whose distance is asked for and the
-//! faces of the exact arrangement: each caller brings its own primitive test as a closure.
+//! The same structure serves visible triangles, edges for distance queries and the faces of the exact
+//! arrangement: each caller supplies its own primitive test as a closure.
 
 use glam::DVec2;
 
@@ -38,12 +38,12 @@ impl Aabb {
         (self.min - p).max(p - self.max).max(DVec2::ZERO).length_squared()
     }
 
-    /// The parameter t ≥ 0 at which the ray with reciprocal direction `slope` enters the box; `None`
-    /// if it misses. Rounding never turns a hit into a miss: the exit is rounded up by three units
-    /// in the last place (Ize 2013).
+    /// The parameter t ≥ 0 at which the ray with reciprocal direction `slope` enters the box; `None` if it
+    /// misses. Rounding never turns a hit into a miss: the exit is rounded up by three units in the last
+    /// place (Ize 2013).
     fn entered_at(&self, origin: DVec2, slope: DVec2) -> Option<f64> {
         let (a, b) = ((self.min - origin) * slope, (self.max - origin) * slope);
-        // 0 · ∞ = NaN says that the origin is on a side parallel to the ray: inside, so no limit.
+        // 0 · ∞ = NaN indicates that the origin is on a side parallel to the ray: inside, so no limit.
         let low = |a: f64, b: f64| if a.is_nan() || b.is_nan() { f64::NEG_INFINITY } else { a.min(b) };
         let high = |a: f64, b: f64| if a.is_nan() || b.is_nan() { f64::INFINITY } else { a.max(b) };
         let enter = low(a.x, b.x).max(low(a.y, b.y)).max(0.0);
@@ -77,8 +77,8 @@ pub(crate) struct BoxTree {
 
 const LEAF: usize = 4;
 const BINS: usize = 12;
-/// Deeper than any tree of 2³² primitives that splits by the surface-area heuristic or, where
-/// that cannot split, in halves.
+/// Deeper than any tree of 2³² primitives that splits by the surface-area heuristic or, where that cannot
+/// split, in halves.
 const STACK: usize = 128;
 
 impl BoxTree {
@@ -99,7 +99,7 @@ impl BoxTree {
             if end - start <= LEAF {
                 continue;
             }
-            // Past half the stack only halving keeps the depth bounded.
+            // Beyond half the stack only halving keeps the depth bounded.
             let split = if depth < STACK / 2 { sah_split(boxes, slice) } else { None };
             let middle = start + split.unwrap_or_else(|| halve(boxes, slice));
             let children = nodes.len();
@@ -132,8 +132,8 @@ impl BoxTree {
         }
     }
 
-    /// The largest primitive index that `test` accepts among the boxes that contain `p`, with the
-    /// test's answer. Branches that cannot hold a larger one are not entered.
+    /// The largest primitive index that `test` accepts among the boxes that contain `p`, with the result of
+    /// the test. Branches that cannot contain a larger one are skipped.
     pub(crate) fn last_at<T>(
         &self,
         p: DVec2,
@@ -210,8 +210,8 @@ impl BoxTree {
         best
     }
 
-    /// Offers `test` the primitives whose boxes the ray origin + t direction meets at 0 < t < limit,
-    /// nearer boxes first. `test` returns the new limit, the parameter of the nearest hit so far.
+    /// Passes `test` the primitives whose boxes the ray origin + t direction meets at 0 < t < limit, nearer
+    /// boxes first. `test` returns the new limit, the parameter of the nearest hit so far.
     pub(crate) fn along(
         &self,
         origin: DVec2,
@@ -262,7 +262,7 @@ fn centre(b: &Aabb) -> DVec2 {
     0.5 * (b.min + b.max)
 }
 
-/// Partitions `slice` at the cheapest of [`BINS`] planes; `None` if that leaves a side empty.
+/// Partitions `slice` at the cheapest of [`BINS`] planes; `None` if a side would be empty.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the bins")]
 fn sah_split(boxes: &[Aabb], slice: &mut [u32]) -> Option<usize> {
     let centres = Aabb::of(slice.iter().map(|&i| centre(&boxes[i as usize])));
@@ -273,7 +273,7 @@ fn sah_split(boxes: &[Aabb], slice: &mut [u32]) -> Option<usize> {
         ((t * BINS as f64) as usize).min(BINS - 1)
     };
     for axis in 0..2 {
-        // Not "<= 0": an extent that is NaN or infinite cannot be binned either.
+        // Not "<= 0": a NaN or infinite extent cannot be binned either.
         if !(extent[axis] > 0.0 && extent[axis].is_finite()) {
             continue;
         }
@@ -324,17 +324,16 @@ fn halve(boxes: &[Aabb], slice: &mut [u32]) -> usize {
     middle
 }
 
-/// The most parts into which a triangle's box is split.
+/// Largest number of parts into which a triangle's box is split.
 const PARTS: usize = 16;
 
-/// Boxes that together cover a triangle: one, or for a sliver across its box several along it
-/// (Ernst and Greiner 2007). A densely sampled outline has nothing but slivers, whose whole boxes
-/// would overlap everywhere.
+/// Boxes that together cover a triangle: one, or for a diagonal sliver several along it (Ernst and Greiner
+/// 2007). A densely sampled outline consists of slivers, whose whole boxes would all overlap.
 pub(crate) fn part_boxes(triangle: [DVec2; 3]) -> impl Iterator<Item = Aabb> {
     let whole = Aabb::of(triangle);
     let size = whole.max - whole.min;
     let area = 0.5 * orient(triangle[0], triangle[1], triangle[2]);
-    // A box cut into k strips along a diagonal sliver has 1/k of its area left.
+    // A box divided into k strips along a diagonal sliver retains 1/k of its area.
     let excess = (size.x * size.y / (4.0 * area)).min(PARTS as f64);
     let (parts, axis) = (excess.max(1.0) as usize, usize::from(size.y > size.x));
     (0..parts).map(move |k| {
@@ -346,7 +345,7 @@ pub(crate) fn part_boxes(triangle: [DVec2; 3]) -> impl Iterator<Item = Aabb> {
         let mut part = Aabb::EMPTY;
         for i in 0..3 {
             let (p, q) = (triangle[i], triangle[(i + 1) % 3]);
-            // Where the edge is within the strip, from its end points and its crossings.
+            // Extent of the edge within the strip, from its end points and its crossings.
             let clamp = |x: f64| ((x - p[axis]) / (q[axis] - p[axis])).clamp(0.0, 1.0);
             let touches = p[axis].min(q[axis]) <= high && p[axis].max(q[axis]) >= low;
             if touches && p[axis] == q[axis] {
@@ -355,7 +354,7 @@ pub(crate) fn part_boxes(triangle: [DVec2; 3]) -> impl Iterator<Item = Aabb> {
                 part = part.union(Aabb::of([low, high].map(|x| p + clamp(x) * (q - p))));
             }
         }
-        // Rounding must not uncover a point: a few units in the last place more.
+        // A margin of a few units in the last place: rounding must not uncover a point.
         let margin = 4.0 * f64::EPSILON * whole.min.abs().max(whole.max.abs());
         Aabb { min: part.min - margin, max: part.max + margin }
     })

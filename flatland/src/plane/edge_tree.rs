@@ -1,4 +1,4 @@
-//! All edges of a scene, for the methods that need to list them.
+//! Hierarchy of all edges of a scene, for methods that list them.
 
 use std::collections::HashSet;
 
@@ -8,7 +8,7 @@ use super::box_tree::{Aabb, BoxTree};
 use super::segments::clip_segment;
 use super::{FilterCell, Scene};
 
-/// A hierarchy over the edges of all shapes, seen or not.
+/// A hierarchy over the edges of all shapes, visible or not.
 #[derive(Clone, Debug)]
 pub(crate) struct EdgeTree {
     edges: Vec<Edge>,
@@ -19,9 +19,9 @@ pub(crate) struct EdgeTree {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Edge {
     pub(crate) shape: usize,
-    /// Its vertices, numbered through the whole scene.
+    /// Its vertices, by index in the whole scene.
     pub(crate) vertices: [usize; 2],
-    /// The unit normal that points out of the shape.
+    /// Outward unit normal of the shape.
     pub(crate) outward: DVec2,
     /// Its length.
     pub(crate) length: f64,
@@ -35,7 +35,7 @@ impl EdgeTree {
             .edges()
             .map(|(shape, vertices)| {
                 let [p, q] = vertices.map(|v| scene.vertices()[v]);
-                // Triangles turn positively: the shape is to the left of an edge they contain.
+                // Triangles are positively oriented: the shape is to the left of an edge they contain.
                 let side = if triangles.contains(&vertices) { -1.0 } else { 1.0 };
                 let length = (q - p).length();
                 Edge { shape, vertices, outward: side * (q - p).perp() / length, length }
@@ -50,8 +50,8 @@ impl EdgeTree {
         self.tree.visit(|b| b.distance_squared(u) < reach * reach, |i| visit(&self.edges[i]));
     }
 
-    /// Calls `visit` with every edge that runs through a rectangle, and the part of it inside as
-    /// parameters along the edge.
+    /// Calls `visit` with every edge that intersects a rectangle, and the part of it inside as parameters
+    /// along the edge.
     pub(crate) fn inside(
         &self,
         scene: &Scene,

@@ -1,8 +1,8 @@
-//! Every construction of the warp field ([`crate::warp`] derives them), over a scene of polygons.
+//! All constructions of the warp field ([`crate::warp`] derives them), for scenes of polygons.
 //!
 //! | construction | continuous | boundary consistent | needs |
 //! |---|---|---|---|
-//! | [`DirectField`] | no: jumps at silhouettes | yes | nothing |
+//! | [`DirectField`] | no: discontinuous at silhouettes | yes | nothing |
 //! | [`AuxiliaryField`], Gaussian | yes | no: biased | auxiliary rays |
 //! | [`AuxiliaryField`], boundary-aware | yes | yes | auxiliary rays |
 //! | [`JumpField`] | yes | yes | a list of all edges |
@@ -16,7 +16,7 @@ use super::{EdgeTree, Hit, MaterialPoint, Scene};
 use crate::random::{Stream, open01};
 use crate::warp::{Field, Jump, JumpMean, LinearField as _, Plane, Stencil, Warp, WarpField};
 
-/// "Attempt 1": the velocity of the material seen at u, as it is.
+/// "Attempt 1": the velocity of the visible material at u.
 #[derive(Clone, Copy, Debug)]
 pub struct DirectField<'a> {
     /// The scene.
@@ -37,7 +37,7 @@ impl WarpField<Plane> for DirectField<'_> {
     }
 }
 
-/// "Attempt 2" and the method itself: a weighted mean over auxiliary points.
+/// "Attempt 2" and the published method: a weighted mean over auxiliary points.
 #[derive(Clone, Copy, Debug)]
 pub struct AuxiliaryField<'a> {
     /// The scene.
@@ -46,7 +46,7 @@ pub struct AuxiliaryField<'a> {
     pub velocities: &'a [DVec2],
     /// The weight and the number of points.
     pub warp: Warp,
-    /// The kernel's concentration, in the scene's own unit.
+    /// Kernel concentration, in the scene's unit.
     pub kappa: f64,
 }
 
@@ -57,7 +57,7 @@ impl WarpField<Plane> for AuxiliaryField<'_> {
     }
 }
 
-/// The coefficients of (V, ∇·V) over what the auxiliary points see; a miss stands still.
+/// Coefficients of (V, ∇·V) over the hits of auxiliary points; a miss is static.
 pub fn scene_stencil(
     scene: &Scene,
     warp: &Warp,
@@ -77,15 +77,15 @@ fn moved(stencil: &Stencil<Plane, Option<MaterialPoint>>, velocities: &[DVec2]) 
     stencil.field(|point| point.map_or(DVec2::ZERO, |point| point.velocity(velocities)))
 }
 
-/// The jumps of a scene, for means over those near a point.
+/// Discontinuities of a scene, for means over those near a point.
 ///
-/// S(u) is the edges of all shapes at or above the one that is seen at u, which keeps the lemma of
-/// [`JumpMean`] (Theory 5). Edges that are hidden by something above stay in S: nothing is tested for
-/// visibility, and they do no harm.
+/// S(u) is the edges of all shapes at or above the one visible at u, which satisfies the lemma of
+/// [`JumpMean`] (Theory 5). Edges that are hidden by a shape above stay in S: no visibility is tested, and
+/// they are harmless.
 ///
-/// With a softness the border of the shape that is seen is followed exactly, as it is one body, and edges of the shapes above it
-/// in part: at an edge of shape i the field of the side on which i is seen is v, and that of the other side, which sees
-/// k < i, is not. [`crate::warp::JumpMean`] says what is left to the boundary there.
+/// With a softness, the border of the visible shape is followed exactly, as it is one body, and edges of the
+/// shapes above it in part: at an edge of shape i the field equals v on the side on which i is visible, but
+/// not on the other side, where k < i is visible. See [`crate::warp::JumpMean`] for the residual.
 #[derive(Clone, Debug)]
 pub struct SceneJumps {
     edges: EdgeTree,
@@ -94,13 +94,14 @@ pub struct SceneJumps {
 }
 
 impl SceneJumps {
-    /// All edges of a scene, and the reach, in the scene's own unit; takes time O(n log n) in the number of edges.
+    /// All edges of a scene, and the reach, in the scene's unit; takes time O(n log n) in the number of
+    /// edges.
     #[must_use]
     pub fn new(scene: &Scene, mean: JumpMean) -> Self {
         Self::softened(scene, mean, 0.0)
     }
 
-    /// The same with a softness ε ≥ 0, in the scene's own unit.
+    /// [`new`](Self::new) with a softness ε ≥ 0, in the scene's unit.
     #[must_use]
     pub fn softened(scene: &Scene, mean: JumpMean, softness: f64) -> Self {
         Self { edges: EdgeTree::new(scene), mean, softness }
@@ -111,7 +112,7 @@ impl SceneJumps {
         &self.edges
     }
 
-    /// The coefficients of (V, ∇·V) at u, over the vertices of the edges near by, given what is seen there.
+    /// Coefficients of (V, ∇·V) at u, over the vertices of the nearby edges, given the hit at u.
     #[must_use]
     pub fn stencil(
         &self,
@@ -133,7 +134,7 @@ impl SceneJumps {
     }
 }
 
-/// The mean over the jumps: exact, and without auxiliary points.
+/// Mean over discontinuities: exact, and without auxiliary points.
 #[derive(Clone, Debug)]
 pub struct JumpField<'a> {
     /// The scene.
@@ -158,9 +159,9 @@ pub struct FollowedField<'a> {
     pub scene: &'a Scene,
     /// The velocity of every vertex.
     pub velocities: &'a [DVec2],
-    /// The kernel's concentration, in the scene's own unit.
+    /// Kernel concentration, in the scene's unit.
     pub kappa: f64,
-    /// Points from which the one to follow is chosen.
+    /// Number of points from which the followed one is chosen.
     pub candidates: usize,
 }
 
@@ -172,8 +173,8 @@ impl WarpField<Plane> for FollowedField<'_> {
     }
 }
 
-/// Of a few points drawn from the kernel around μ, one of the topmost shape: an occluder's edge is
-/// the one that is seen.
+/// Of several points drawn from the kernel around μ, one of the topmost shape: the visible edge is the
+/// occluder's.
 pub(crate) fn followed(
     scene: &Scene,
     mu: DVec2,

@@ -1,4 +1,4 @@
-//! The film: a grid of square pixels, each with a reconstruction filter of unit integral.
+//! Film: a grid of square pixels, each with a reconstruction filter of unit integral.
 
 use glam::{DVec2, DVec3};
 use rand::Rng;
@@ -9,7 +9,7 @@ use crate::random::open01;
 /// A pixel filter h, separable, of unit integral; lengths below are in pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Filter {
-    /// 1 on the pixel, 0 elsewhere: jumps on the fixed pixel edge, which every area estimator must
+    /// 1 on the pixel, 0 elsewhere: discontinuous on the static pixel edge, which every area estimator must
     /// account for (the explicit pixel-edge integral of Bangaru et al. 2022).
     Box,
     /// (1 − |x|)(1 − |y|) on radius 1: continuous.
@@ -22,13 +22,13 @@ pub enum Filter {
 
 /// σ of [`Filter::Gaussian`] in pixels.
 const SIGMA: f64 = 0.5;
-/// exp(−2²/(2 σ²)): what the Gaussian is lowered by at radius 2.
+/// exp(−2²/(2 σ²)), by which the Gaussian is lowered to reach 0 at radius 2.
 const LOWERED: f64 = 3.354_626_279_025_118_5e-4;
 /// ∫ over [−2, 2] of exp(−x²/(2σ²)) − [`LOWERED`]: σ √(2π) erf(2√2) − 4 · [`LOWERED`].
 const GAUSSIAN_MASS: f64 = 1.251_892_898_773_618_4;
 
 impl Filter {
-    /// Half the width of the filter's support in pixels.
+    /// Half the width of the filter's support, in pixels.
     #[must_use]
     pub fn radius(self) -> f64 {
         match self {
@@ -38,9 +38,9 @@ impl Filter {
         }
     }
 
-    /// The smooth cells of the support, per axis, as (first, last) in pixels from the centre: on
-    /// each the filter is a polynomial, or for the Gaussian short enough for Gauss–Legendre
-    /// quadrature of 8 points to be exact to rounding.
+    /// Smooth cells of the support, per axis, as (first, last) in pixels from the centre: on each the filter
+    /// is a polynomial, or for the Gaussian short enough for Gauss–Legendre quadrature with 8 points to be
+    /// exact to rounding.
     pub(crate) fn intervals(self) -> &'static [(f64, f64)] {
         match self {
             Self::Box => &[(-0.5, 0.5)],
@@ -112,8 +112,8 @@ impl Filter {
         (DVec2::new(x, y), px * py)
     }
 
-    /// An offset along one axis with its density. The density is bounded away from 0 wherever ∇h is
-    /// not 0: a sample drawn from h itself would give ∇h/h infinite variance at the border.
+    /// An offset along one axis with its density. The density is bounded away from 0 wherever ∇h is nonzero:
+    /// a sample drawn from h itself would give ∇h/h infinite variance at the border.
     pub(crate) fn profile_sample(self, rng: &mut impl Rng) -> (f64, f64) {
         match self {
             Self::Box => (open01(rng) - 0.5, 1.0),
@@ -130,14 +130,14 @@ impl Filter {
     }
 }
 
-/// A film that cannot be used.
+/// Invalid parameters of a film.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FilmError {
-    /// Width or height is 0, or their product does not fit in memory's index range.
+    /// Width or height is 0, or their product exceeds the index range.
     #[error("film of {width} × {height} pixels")]
     Size {
-        /// Pixels a row.
+        /// Number of columns.
         width: usize,
         /// Rows.
         height: usize,
@@ -193,7 +193,7 @@ impl Film {
         Ok(Self { width, height, corner, pixel, filter })
     }
 
-    /// Pixels a row.
+    /// Number of columns.
     #[must_use]
     pub fn width(&self) -> usize {
         self.width
@@ -223,7 +223,7 @@ impl Film {
         self.filter
     }
 
-    /// The same film with another filter.
+    /// The film with another filter.
     #[must_use]
     pub fn with_filter(self, filter: Filter) -> Self {
         Self { filter, ..self }
@@ -242,19 +242,18 @@ impl Film {
         self.filter.value((u - centre) / self.pixel) / (self.pixel * self.pixel)
     }
 
-    /// Width of a pixel's border: a few hundred times the rounding of positions on it.
+    /// Width of a pixel's border: several hundred times the rounding of positions on it.
     ///
-    /// A box filter jumps there: what an edge on a border takes from one pixel as it moves to one side, it
-    /// takes from the other as it moves to the other side. Sampled methods give both pixels the mean of the
-    /// two one-sided derivatives, which is that of a border at a random place within this of where it is.
+    /// A box filter is discontinuous there: the motion of an edge on a border to one side takes from one
+    /// pixel, and that to the other side from the other. Sampling methods give both pixels the mean of the
+    /// two one-sided derivatives, which is that of a border displaced randomly within this width.
     pub(crate) fn border(&self) -> f64 {
         let size = self.pixel * DVec2::new(f64::from(self.width as u32), f64::from(self.height as u32));
         let numbers = self.corner.abs().max((self.corner + size).abs()).max_element();
         1024.0 * f64::EPSILON * numbers.max(self.pixel)
     }
 
-    /// h_p(u) for a point of an edge, per unit area: on the border of box pixels it is a part of each of
-    /// them.
+    /// h_p(u) for a point of an edge, per unit area; on the border of box pixels it is shared between them.
     pub(crate) fn filter_share(&self, centre: DVec2, u: DVec2) -> f64 {
         if self.filter != Filter::Box {
             return self.filter_value(centre, u);
@@ -291,8 +290,8 @@ impl Film {
         (first, self.support(self.centre(self.width - 1, self.height - 1)).1)
     }
 
-    /// The cells of the support of pixel (x, y) on which its filter is smooth. Neighbouring pixels
-    /// compute common sides from the same expression, so these agree to the last bit.
+    /// The cells of the support of pixel (x, y) on which its filter is smooth. Neighbouring pixels compute
+    /// common sides from the same expression, so these have the same bits.
     #[expect(clippy::cast_precision_loss, reason = "film coordinates are below 2³²")]
     pub fn cells(&self, x: usize, y: usize) -> impl Iterator<Item = FilterCell> + use<> {
         let (corner, pixel, intervals) = (self.corner, self.pixel, self.filter.intervals());
@@ -325,7 +324,7 @@ impl Film {
     }
 }
 
-/// A point drawn for a pixel, with the filter there already divided by the density.
+/// A point sampled for a pixel, with the filter value already divided by the density.
 #[derive(Clone, Copy, Debug)]
 pub struct PixelSample {
     /// The point.
@@ -355,7 +354,7 @@ pub struct Image {
 }
 
 impl Image {
-    /// Black.
+    /// A black image.
     #[must_use]
     pub fn zero(film: &Film) -> Self {
         Self { width: film.width, pixels: vec![DVec3::ZERO; film.width * film.height] }
@@ -371,7 +370,7 @@ impl Image {
         Self { width: film.width, pixels }
     }
 
-    /// Pixels a row.
+    /// Number of columns.
     #[must_use]
     pub fn width(&self) -> usize {
         self.width

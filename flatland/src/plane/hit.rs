@@ -1,4 +1,4 @@
-//! What is seen at a point, as a point of the material that moves with its vertices.
+//! Visible points, as points of the material that moves with its vertices.
 
 use glam::DVec2;
 
@@ -10,7 +10,7 @@ pub struct MaterialPoint {
 }
 
 impl MaterialPoint {
-    /// Vertex `v` itself, numbered through the whole scene.
+    /// Vertex `v` itself, by index in the whole scene.
     #[must_use]
     pub fn vertex(v: usize) -> Self {
         Self::on_edge([v, v], 0.0)
@@ -22,7 +22,7 @@ impl MaterialPoint {
         Self { vertices: [a, b, b].map(|v| v as u32), weights: [1.0 - s, s, 0.0] }
     }
 
-    /// The three vertices, numbered through the whole scene.
+    /// The three vertices, by index in the whole scene.
     #[must_use]
     pub fn vertices(&self) -> [usize; 3] {
         self.vertices.map(|v| v as usize)
@@ -38,11 +38,11 @@ impl MaterialPoint {
     #[must_use]
     pub fn velocity(&self, velocities: &[DVec2]) -> DVec2 {
         let [a, b, c] = self.vertices().map(|v| velocities[v]);
-        // Relative to one vertex, so that a translation is exact whatever rounding did to b.
+        // Relative to one vertex, so that a translation is exact despite rounding of b.
         a + self.weights[1] * (b - a) + self.weights[2] * (c - a)
     }
 
-    /// The transpose of [`velocity`](Self::velocity): adds b_j `covector` to each vertex.
+    /// Transpose of [`velocity`](Self::velocity): adds b_j `covector` to each vertex.
     pub fn scatter(&self, covector: DVec2, mut add: impl FnMut(usize, DVec2)) {
         for (v, b) in self.vertices().into_iter().zip(self.weights) {
             add(v, b * covector);
@@ -50,8 +50,7 @@ impl MaterialPoint {
     }
 }
 
-/// What is seen at a point: a shape and, as barycentric coordinates in one of its triangles, the
-/// material point.
+/// The hit at a point: a shape and, as barycentric coordinates in one of its triangles, the material point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     pub(super) shape: u32,
@@ -60,13 +59,13 @@ pub struct Hit {
 }
 
 impl Hit {
-    /// Which shape is seen.
+    /// Index of the visible shape.
     #[must_use]
     pub fn shape(&self) -> usize {
         self.shape as usize
     }
 
-    /// Which of its material points.
+    /// The material point.
     #[must_use]
     pub fn point(&self) -> &MaterialPoint {
         &self.point

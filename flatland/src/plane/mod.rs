@@ -1,13 +1,12 @@
-//! Opaque polygons over the image plane, M = R² (n = 2): the derivation's own scenes.
+//! Opaque polygons over the image plane, M = R² (n = 2): the scenes of the derivation.
 //!
-//! A [`Scene`] is a list of [`Shape`]s in painter's order over a constant background. The image
-//! of a [`Film`] is I_p = ∫ h_p(u) f(u) du, where f is the shade of the topmost polygon at u and
-//! h_p the pixel filter, normalised to ∫ h_p = 1. Coordinates are those of the picture: x to the
-//! right, y **down**, as in SVG.
+//! A [`Scene`] is a list of [`Shape`]s in painter's order over a constant background. The image of a [`Film`]
+//! is I_p = ∫ h_p(u) f(u) du, where f is the shade of the topmost polygon at u and h_p the pixel filter,
+//! normalised to ∫ h_p = 1. Coordinates are those of the picture: x to the right, y **down**, as in SVG.
 //!
-//! A [`Motion`] moves vertices; a material point moves with the triangle of its polygon, by
-//! barycentric interpolation. [`exact`] holds the arrangement of all edges and with it every
-//! integral of the theory in closed form.
+//! A [`Motion`] moves vertices; a material point moves with the triangle of its polygon, by barycentric
+//! interpolation. [`exact`] contains the arrangement of all edges, and with it every integral of the theory
+//! in closed form.
 
 mod box_tree;
 mod edge_tree;
@@ -36,19 +35,19 @@ pub use shade::{Attachment, Shade, ShadeError};
 
 use glam::DVec2;
 
-/// Twice the signed area of the triangle abc, with the exact sign (Shewchuk 1997): positive when
-/// a, b, c turn from +x towards +y.
+/// Twice the signed area of the triangle abc, with the exact sign (Shewchuk 1997): positive if a, b, c turn
+/// from +x towards +y.
 #[must_use]
 pub fn orient(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     let coord = |p: DVec2| robust::Coord { x: p.x, y: p.y };
     robust::orient2d(coord(a), coord(b), coord(c))
 }
 
-/// Twice the signed area of the triangle abc, to full relative precision also for slivers whose
-/// [`orient`] has the right sign but few right digits.
+/// Twice the signed area of the triangle abc, to full relative precision also for slivers for which
+/// [`orient`] has the right sign but few correct digits.
 ///
-/// Differences carry their rounding errors along (two-sum, Knuth 1969), and the determinant is
-/// Kahan's difference of products.
+/// Differences include their rounding errors (two-sum, Knuth 1969), and the determinant is Kahan's difference
+/// of products.
 pub(crate) fn twice_area(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     let difference = |x: f64, y: f64| {
         let d = x - y;

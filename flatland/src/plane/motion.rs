@@ -1,4 +1,4 @@
-//! How a scene depends on its parameter θ: every motion is a velocity for every vertex.
+//! Motions: the dependence of a scene on its parameter θ, a velocity for every vertex.
 
 use glam::DVec2;
 
@@ -8,38 +8,38 @@ use super::{PolygonError, Scene, SceneError};
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MotionError {
-    /// A shape that the scene does not have.
+    /// The scene has no such shape.
     #[error("motion names shape {shape}; the scene has {count}")]
     NoSuchShape {
-        /// The shape named.
+        /// Index of the shape.
         shape: usize,
-        /// How many there are.
+        /// Number of shapes.
         count: usize,
     },
-    /// A vertex that the shape does not have.
+    /// The shape has no such vertex.
     #[error("motion names vertex {vertex} of shape {shape}, which has {count}")]
     NoSuchVertex {
-        /// The shape named.
+        /// Index of the shape.
         shape: usize,
-        /// The vertex named.
+        /// Index of the vertex.
         vertex: usize,
-        /// How many there are.
+        /// Number of vertices.
         count: usize,
     },
     /// A direction or centre that is NaN or infinite.
     #[error("motion {part} has a direction or centre that is not finite")]
     NotFinite {
-        /// Which of the combined motions.
+        /// Index of the combined motion.
         part: usize,
     },
-    /// The displaced polygon is not one.
+    /// The displaced polygon is invalid.
     #[error("shape {shape} displaced by θ = {theta}: {source}")]
     Displaced {
-        /// The shape that broke.
+        /// Index of the shape.
         shape: usize,
         /// The displacement.
         theta: f64,
-        /// How it broke.
+        /// The violation.
         source: PolygonError,
     },
 }
@@ -69,8 +69,8 @@ impl Motion {
         Self::one(Part::Translate { shapes: shapes.into_iter().collect(), direction })
     }
 
-    /// Rotation by θ radians about `centre`, from +x towards +y (clockwise on the screen, where y
-    /// points down).
+    /// Rotation by θ radians about `centre`, from +x towards +y (clockwise on the screen, where y points
+    /// down).
     #[must_use]
     pub fn rotate(shapes: impl IntoIterator<Item = usize>, centre: DVec2) -> Self {
         Self::one(Part::Rotate { shapes: shapes.into_iter().collect(), centre })
@@ -82,23 +82,23 @@ impl Motion {
         Self::one(Part::Scale { shapes: shapes.into_iter().collect(), centre })
     }
 
-    /// p(θ) = p + θ direction for one vertex, counted ring after ring.
+    /// p(θ) = p + θ direction for one vertex, counted ring by ring.
     #[must_use]
     pub fn vertex(shape: usize, vertex: usize, direction: DVec2) -> Self {
         Self::one(Part::Vertex { shape, vertex, direction })
     }
 
-    /// Both motions at once.
+    /// The sum of two motions.
     #[must_use]
     pub fn and(mut self, other: Self) -> Self {
         self.parts.extend(other.parts);
         self
     }
 
-    /// ∂p/∂θ of every vertex of the scene, shape after shape.
+    /// ∂p/∂θ of every vertex of the scene, shape by shape.
     ///
     /// # Errors
-    /// A [`MotionError`] that names what the scene does not have.
+    /// A [`MotionError`] that names the missing shape or vertex.
     pub fn velocities(&self, scene: &Scene) -> Result<Vec<DVec2>, MotionError> {
         self.accumulate(scene, |part, p| match part {
             Part::Translate { direction, .. } | Part::Vertex { direction, .. } => *direction,
@@ -110,8 +110,7 @@ impl Motion {
     /// The scene at another θ. Rotations are finite rotations.
     ///
     /// # Errors
-    /// As [`velocities`](Self::velocities), and [`MotionError::Displaced`] when a polygon turns
-    /// over.
+    /// As [`velocities`](Self::velocities), and [`MotionError::Displaced`] if a polygon turns over.
     pub fn displace(&self, scene: &Scene, theta: f64) -> Result<Scene, MotionError> {
         let offsets = self.accumulate(scene, |part, p| match part {
             Part::Translate { direction, .. } | Part::Vertex { direction, .. } => theta * *direction,

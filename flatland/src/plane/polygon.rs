@@ -9,60 +9,60 @@ use super::orient;
 use super::segments::Meeting;
 use super::triangulate::{TriangulateError, Triangulation, undirected};
 
-/// Rings that do not bound a simple polygon.
+/// Reason why rings do not bound a simple polygon.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PolygonError {
-    /// No ring at all.
+    /// There is no ring.
     #[error("polygon has no ring")]
     Empty,
     /// A ring with fewer than three vertices.
     #[error("ring {ring} has {count} vertices; 3 is the least")]
     TooFewVertices {
-        /// Which ring.
+        /// Index of the ring.
         ring: usize,
-        /// How many vertices it has.
+        /// Number of its vertices.
         count: usize,
     },
     /// A coordinate that is NaN, infinite, above 2²⁰¹, or not 0 and below 2⁻¹⁴² in magnitude.
     #[error("vertex {vertex} of ring {ring} is ({}, {}); coordinates must be 0 or of magnitude 2⁻¹⁴² to 2²⁰¹", position.x, position.y)]
     Coordinate {
-        /// Which ring.
+        /// Index of the ring.
         ring: usize,
-        /// Which vertex of the ring.
+        /// Index of the vertex in the ring.
         vertex: usize,
-        /// Where it is.
+        /// Its position.
         position: DVec2,
     },
-    /// A vertex equal to the next one.
+    /// A vertex equal to the previous one.
     #[error("vertex {vertex} of ring {ring} repeats the one before it")]
     RepeatedVertex {
-        /// Which ring.
+        /// Index of the ring.
         ring: usize,
-        /// Which vertex of the ring.
+        /// Index of the vertex in the ring.
         vertex: usize,
     },
-    /// Two edges cross, overlap, or one ends inside the other. A ring of zero area is such a case:
-    /// its edges overlap.
+    /// Two edges cross, overlap, or one ends inside the other. A ring of zero area is such a case: its edges
+    /// overlap.
     #[error("edge {} of ring {} meets edge {} of ring {} in more than a shared vertex", first.1, first.0, second.1, second.0)]
     EdgesMeet {
-        /// Ring and edge, the edge numbered by its first vertex.
+        /// Ring and edge, the edge by the index of its first vertex.
         first: (usize, usize),
         /// Ring and edge of the other.
         second: (usize, usize),
     },
-    /// A displacement turned a triangle over or gave it no area.
+    /// A displacement inverts a triangle or reduces its area to 0.
     #[error("the displaced vertices turn triangle {triangle} over")]
     TriangleInverted {
-        /// Which triangle.
+        /// Index of the triangle.
         triangle: usize,
     },
-    /// A displacement with the wrong number of vertices.
+    /// The number of displaced vertices differs from the polygon's.
     #[error("{found} displaced vertices for a polygon of {expected}")]
     VertexCount {
-        /// The polygon's vertices.
+        /// Number of vertices of the polygon.
         expected: usize,
-        /// The vertices given.
+        /// Number of vertices given.
         found: usize,
     },
 }
@@ -70,13 +70,13 @@ pub enum PolygonError {
 /// A simple polygon with holes, triangulated.
 ///
 /// # Guarantees
-/// Every ring has at least 3 vertices and positive area; no two edges, of the same ring or of
-/// different ones, have more than end points in common. The interior is what an odd number of
-/// rings surround, so rings inside rings are holes whatever their orientation.
+/// Every ring has at least 3 vertices and positive area; no two edges, of the same ring or of different ones,
+/// share more than end points. The interior consists of the points surrounded by an odd number of rings, so
+/// rings inside rings are holes whatever their orientation.
 #[derive(Clone, Debug)]
 pub struct Polygon {
     vertices: Vec<DVec2>,
-    /// Where each ring starts in `vertices`, and their number at the end.
+    /// Start of each ring in `vertices`, and their number at the end.
     rings: Vec<usize>,
     triangles: Vec<[u32; 3]>,
 }
@@ -115,7 +115,7 @@ impl Polygon {
         let mut starts = vec![0];
         let mut vertices = vec![];
         for ring in rings {
-            // −0 and 0 are one coordinate.
+            // −0 and 0 are equal.
             vertices.extend(ring.into_iter().map(|p| p + DVec2::ZERO));
             starts.push(vertices.len());
         }
@@ -125,11 +125,11 @@ impl Polygon {
         Ok(polygon)
     }
 
-    /// The same polygon and triangles with vertices elsewhere.
+    /// Replaces the positions of the vertices, keeping the triangles.
     ///
     /// # Errors
-    /// [`PolygonError::TriangleInverted`] if a triangle would turn over, [`PolygonError::EdgesMeet`]
-    /// if the polygon would overlap itself, [`PolygonError::VertexCount`] if their number differs,
+    /// [`PolygonError::TriangleInverted`] if a triangle would turn over, [`PolygonError::EdgesMeet`] if the
+    /// polygon would overlap itself, [`PolygonError::VertexCount`] if their number differs,
     /// [`PolygonError::Coordinate`] if one cannot be represented.
     pub fn displaced(&self, vertices: Vec<DVec2>) -> Result<Self, PolygonError> {
         if vertices.len() != self.vertices.len() {
@@ -151,7 +151,7 @@ impl Polygon {
         displaced.check_edges().map(|()| displaced)
     }
 
-    /// All vertices, ring after ring.
+    /// All vertices, ring by ring.
     #[must_use]
     pub fn vertices(&self) -> &[DVec2] {
         &self.vertices
@@ -181,7 +181,7 @@ impl Polygon {
         (ring, vertex - self.rings[ring])
     }
 
-    /// Refuses edges that have more than end points in common.
+    /// Refuses edges that share more than end points.
     fn check_edges(&self) -> Result<(), PolygonError> {
         let edges: Vec<_> = self.edges().collect();
         let point = |i: usize| self.vertices[i];
@@ -205,9 +205,9 @@ impl Polygon {
         Ok(())
     }
 
-    /// The triangles inside. Where rings touch in a vertex, several vertices share one position;
-    /// each corner then takes the vertex of the boundary edges that bound its own wedge, so that
-    /// the polygon may come apart there.
+    /// Triangles of the interior. Where rings touch in a vertex, several vertices share one position; each
+    /// corner then takes the vertex of the boundary edges that bound its own wedge, so that the polygon may
+    /// separate there.
     fn triangulate(&self) -> Vec<[u32; 3]> {
         let mut ids = HashMap::new();
         let mut points: Vec<DVec2> = vec![];
@@ -243,7 +243,7 @@ impl Polygon {
             if let [only] = owners[point as usize][..] {
                 return only;
             }
-            // Turn about the point, over edges that are not boundary, to the boundary edge.
+            // Rotate about the point, across edges that are not boundary, to the boundary edge.
             let (mut t, mut k) = (t, k);
             loop {
                 if let Some(e) = boundary.get(&undirected(mesh.edge(t, k))) {
@@ -263,7 +263,7 @@ fn is_representable(x: f64) -> bool {
     spade::validate_coordinate(x).is_ok()
 }
 
-/// Whether two edges have more than end points in common.
+/// Whether two edges share more than end points.
 fn edges_meet(ab: [DVec2; 2], cd: [DVec2; 2]) -> bool {
     let same = ab == cd || ab == [cd[1], cd[0]];
     same || !Meeting::of(ab, cd).is_none()

@@ -1,5 +1,4 @@
-//! A scene answers three questions: what is seen at u, how fast does it move, how far is the
-//! nearest jump.
+//! Scenes, with queries for visibility, velocity, and the distance to the nearest discontinuity.
 
 mod error;
 
@@ -24,7 +23,7 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// A polygon that looks like `shade`.
+    /// A polygon with a shade.
     #[must_use]
     pub fn new(polygon: Polygon, shade: Shade) -> Self {
         Self { polygon, shade }
@@ -49,13 +48,13 @@ pub struct Scene {
     background: DVec3,
     shapes: Vec<Shape>,
     vertices: Vec<DVec2>,
-    /// Where the material was when its shade was fixed to it; `vertices` before any displacement.
+    /// Material coordinates: positions when the shade was attached, the `vertices` before any displacement.
     material: Vec<DVec2>,
     is_displaced: bool,
     ranges: Vec<Range<usize>>,
     /// (shape, vertices), in painter's order, so that the largest index is on top.
     triangles: Vec<(u32, [u32; 3])>,
-    /// Over boxes of parts of triangles; `tree_triangles` says of which.
+    /// Over boxes of parts of triangles; `tree_triangles` has the triangle of each part.
     triangle_tree: BoxTree,
     tree_triangles: Vec<u32>,
     outlines: Vec<Outline>,
@@ -123,10 +122,10 @@ impl Scene {
         }
     }
 
-    /// The same scene with all vertices elsewhere; material shades go along.
+    /// Replaces the positions of all vertices; material shades are carried along.
     ///
     /// # Errors
-    /// [`SceneError::Polygon`] when a triangle turns over.
+    /// [`SceneError::Polygon`] if a triangle turns over.
     ///
     /// # Panics
     /// If there is not one position per vertex of the scene.
@@ -145,7 +144,7 @@ impl Scene {
         Ok(Self::assemble(self.background, shapes, self.material.clone()))
     }
 
-    /// The colour where no polygon is.
+    /// Colour outside all polygons.
     #[must_use]
     pub fn background(&self) -> DVec3 {
         self.background
@@ -157,13 +156,13 @@ impl Scene {
         &self.shapes
     }
 
-    /// All vertices, shape after shape.
+    /// All vertices, shape by shape.
     #[must_use]
     pub fn vertices(&self) -> &[DVec2] {
         &self.vertices
     }
 
-    /// Which of [`vertices`](Self::vertices) belong to a shape.
+    /// Range of a shape in [`vertices`](Self::vertices).
     ///
     /// # Panics
     /// If there is no such shape.
@@ -172,7 +171,7 @@ impl Scene {
         self.ranges[shape].clone()
     }
 
-    /// Every edge as (shape, the two vertices numbered through the whole scene).
+    /// Every edge as (shape, the two vertices by index in the whole scene).
     pub fn edges(&self) -> impl Iterator<Item = (usize, [usize; 2])> {
         self.outlines
             .iter()
@@ -180,18 +179,18 @@ impl Scene {
             .flat_map(|(shape, o)| o.edges.iter().map(move |e| (shape, e.map(|v| v as usize))))
     }
 
-    /// The triangles of all shapes, by their vertices numbered through the whole scene.
+    /// Triangles of all shapes, as vertex indices in the whole scene.
     pub(crate) fn triangles(&self) -> impl Iterator<Item = [usize; 3]> {
         self.triangles.iter().map(|(_, t)| t.map(|v| v as usize))
     }
 
-    /// What is seen at u: the topmost polygon, closed; `None` for the background.
+    /// The visible point at u: the topmost closed polygon; `None` for the background.
     #[must_use]
     pub fn hit(&self, u: DVec2) -> Option<Hit> {
         self.hit_below(u, usize::MAX)
     }
 
-    /// What would be seen at u if shape `limit` and all above it were taken away.
+    /// The visible point at u without shape `limit` and all shapes above it.
     #[must_use]
     pub fn hit_below(&self, u: DVec2, limit: usize) -> Option<Hit> {
         let test = |part: usize| {
@@ -206,8 +205,8 @@ impl Scene {
         self.triangle_tree.last_at(u, test).map(|(_, hit)| hit)
     }
 
-    /// The material point of one shape at u, seen or not. Where rounding puts u just outside the
-    /// shape, the nearest triangle is extended.
+    /// The material point of one shape at u, visible or not. If rounding puts u just outside the shape, the
+    /// nearest triangle is extended.
     pub(crate) fn nearest_hit(&self, u: DVec2, shape: usize) -> Option<Hit> {
         let to_triangle = |part: usize| {
             let i = self.tree_triangles[part] as usize;
@@ -268,7 +267,7 @@ impl Scene {
         })
     }
 
-    /// f(u) of a shape at u, seen or not.
+    /// f(u) of a shape at u, visible or not.
     pub(crate) fn shape_value(&self, shape: usize, u: DVec2) -> DVec3 {
         let shade = &self.shapes[shape].shade;
         if shade.is_carried() && self.is_displaced {
@@ -301,7 +300,7 @@ impl Scene {
         gradient.map(|g| jacobian.transpose() * g)
     }
 
-    /// ∂X/∂u, with X the material's own coordinates: constant in a triangle.
+    /// ∂X/∂u, with X the material coordinates: constant in a triangle.
     fn material_jacobian(&self, hit: &Hit) -> DMat2 {
         let edges = |p: &[DVec2]| {
             let [a, b, c] = hit.point.vertices().map(|v| p[v]);
@@ -310,7 +309,7 @@ impl Scene {
         edges(&self.material) * edges(&self.vertices).inverse()
     }
 
-    /// ∂f/∂θ at fixed u: −∇f·v where the shade is carried by the material, 0 otherwise.
+    /// ∂f/∂θ at fixed u: −∇f·v if the shade is carried by the material, else 0.
     #[must_use]
     pub(crate) fn theta_derivative(&self, hit: Option<&Hit>, u: DVec2, velocities: &[DVec2]) -> DVec3 {
         self.material_gradient(hit, u).map_or(DVec3::ZERO, |g| {
@@ -326,8 +325,8 @@ impl Scene {
         carried.then(|| self.gradient(hit, u))
     }
 
-    /// The distance from u to the boundary of the polygon that is seen there, or `limit` if that is
-    /// smaller; `limit` on the background, which has no boundary of its own.
+    /// Distance from u to the boundary of the polygon visible there, or `limit` if that is smaller; `limit`
+    /// on the background, which has no boundary of its own.
     #[must_use]
     pub fn boundary_distance(&self, hit: Option<&Hit>, u: DVec2, limit: f64) -> f64 {
         let Some(hit) = hit else { return limit };
@@ -339,15 +338,14 @@ impl Scene {
         outline.tree.nearest(u, limit * limit, to_edge).map_or(limit, |(_, d)| d.sqrt())
     }
 
-    /// The parts inside one triangle of a shape, given by its vertices, of the lines on which its
-    /// shade is not smooth.
+    /// Parts, inside one triangle of a shape, of the lines on which its shade is not smooth.
     pub(crate) fn shade_creases(&self, shape: usize, triangle: [usize; 3]) -> Vec<[DVec2; 2]> {
         let shade = &self.shapes[shape].shade;
         let carried = shade.attachment() == Attachment::Material;
         let material = if carried { &self.material } else { &self.vertices };
         let mut creases = vec![];
         for (point, normal) in shade.creases() {
-            // Where the line cuts the triangle's sides, measured in material coordinates.
+            // Intersections of the line with the triangle's sides, in material coordinates.
             let side = triangle.map(|v| normal.dot(material[v] - point));
             let mut ends = (0..3).filter_map(|k| {
                 let (a, b) = (k, (k + 1) % 3);
@@ -364,7 +362,7 @@ impl Scene {
         creases
     }
 
-    /// The smallest and largest corner of the box of all polygons; `None` without any.
+    /// Smallest and largest corner of the bounding box of all polygons; `None` without any.
     #[must_use]
     pub fn bounds(&self) -> Option<(DVec2, DVec2)> {
         let b = Aabb::of(self.vertices.iter().copied());
@@ -382,7 +380,7 @@ impl Scene {
     fn shade_point(&self, shade: &Shade, hit: &Hit, u: DVec2) -> DVec2 {
         match shade.attachment() {
             Attachment::Image => u,
-            // u plus the material's displacement, so that none leaves u untouched.
+            // u plus the material's displacement, so that zero displacement leaves u unchanged.
             Attachment::Material => {
                 let offset = hit.point.vertices().map(|v| self.material[v] - self.vertices[v]);
                 let [a, b, c] = hit.point.weights;

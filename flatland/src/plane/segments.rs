@@ -1,4 +1,4 @@
-//! Segments: how two meet, decided by exact predicates, and what of one lies in a rectangle.
+//! Segments: intersection by exact predicates, distance, and clipping to a rectangle.
 
 use glam::DVec2;
 
@@ -9,7 +9,7 @@ fn is_between(p: DVec2, q: DVec2, r: DVec2) -> bool {
     r != p && r != q && r.cmpge(p.min(q)).all() && r.cmple(p.max(q)).all()
 }
 
-/// How segments ab and cd meet outside their common end points.
+/// Intersection of segments ab and cd outside their common end points.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Meeting {
     /// They cross inside both.
@@ -36,26 +36,26 @@ impl Meeting {
         }
     }
 
-    /// Whether they have nothing but end points in common.
+    /// Whether they share at most end points.
     pub(crate) fn is_none(self) -> bool {
         self == Self::default()
     }
 }
 
-/// The crossing of ab and cd, rounded. It is computed on the shorter segment, where a rounding
-/// error is smaller.
+/// The crossing of ab and cd, rounded. It is computed on the shorter segment, where a rounding error is
+/// smaller.
 pub(crate) fn crossing([a, b]: [DVec2; 2], [c, d]: [DVec2; 2]) -> DVec2 {
     if (b - a).length_squared() > (d - c).length_squared() {
         return crossing([c, d], [a, b]);
     }
-    // To full relative precision, or the crossing of almost parallel segments slides along them.
+    // To full relative precision; otherwise the crossing of almost parallel segments slides along them.
     let (oa, ob) = (twice_area(c, d, a), twice_area(c, d, b));
     let p = a + (b - a) * (oa / (oa - ob));
     // Rounding must not leave the box of the segment.
     p.clamp(a.min(b), a.max(b))
 }
 
-/// The squared distance from u to the segment ab.
+/// Squared distance from u to the segment ab.
 pub(crate) fn distance_squared(u: DVec2, a: DVec2, b: DVec2) -> f64 {
     let (d, w) = (b - a, u - a);
     let t = w.dot(d) / d.length_squared();
@@ -64,15 +64,15 @@ pub(crate) fn distance_squared(u: DVec2, a: DVec2, b: DVec2) -> f64 {
     } else if t >= 1.0 {
         (u - b).length_squared()
     } else {
-        // The area over the base: exact to rounding also when u is almost on the line.
+        // Area divided by base: exact to rounding also if u is almost on the line.
         let cross = orient(a, b, u);
         cross * cross / d.length_squared()
     }
 }
 
-/// The part [t₀, t₁] of the segment pq inside a cell, if longer than a point (Liang and Barsky
-/// 1984). A segment along a side is in the cell on the side's far side only, so that a point counts
-/// once where cells meet.
+/// The part [t₀, t₁] of the segment pq inside a cell, if longer than a point (Liang and Barsky 1984). A
+/// segment along the common side of two cells belongs only to the one with larger coordinates, so that it
+/// counts once.
 pub(crate) fn clip_segment(p: DVec2, q: DVec2, cell: &FilterCell) -> Option<(f64, f64)> {
     let (mut t0, mut t1) = (0.0_f64, 1.0_f64);
     let d = q - p;

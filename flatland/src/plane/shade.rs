@@ -1,10 +1,10 @@
-//! Shades: what a polygon looks like, as a function of position.
+//! Shades: the colour of a polygon as a function of position.
 
 use glam::{DMat2, DVec2, DVec3};
 
 use crate::calculus::{Dual, Number};
 
-/// What a shade is fixed to when its polygon moves.
+/// Attachment of a shade when its polygon moves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Attachment {
     /// Fixed to the image plane: the polygon is a moving window onto it, and ∂f/∂θ = 0 inside.
@@ -14,20 +14,20 @@ pub enum Attachment {
     Material,
 }
 
-/// A shade that cannot be used.
+/// Invalid parameters of a shade.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ShadeError {
     /// A coefficient is NaN or infinite.
     #[error("shade has a coefficient that is not finite: {what}")]
     NotFinite {
-        /// Which coefficient.
+        /// Name of the coefficient.
         what: &'static str,
     },
-    /// Ramp stops must increase: equal offsets would be a jump inside the polygon.
+    /// Ramp stops must increase: equal offsets would be a discontinuity inside the polygon.
     #[error("ramp stop {index} does not lie after stop {}: offsets must increase strictly", index - 1)]
     StopsNotIncreasing {
-        /// The later stop of the offending pair.
+        /// Index of the later stop of the pair.
         index: usize,
     },
     /// A ramp needs at least one stop.
@@ -52,7 +52,7 @@ enum Profile {
 }
 
 impl Shade {
-    /// The same colour everywhere.
+    /// A constant colour.
     #[must_use]
     pub fn constant(value: DVec3) -> Self {
         let profile = Profile::Polynomial {
@@ -106,7 +106,7 @@ impl Shade {
         shade.check().map(|()| shade)
     }
 
-    /// What the shade is fixed to.
+    /// The shade's attachment.
     #[must_use]
     pub fn attachment(&self) -> Attachment {
         self.attachment
@@ -132,7 +132,7 @@ impl Shade {
         }
     }
 
-    /// ∇f(u), one row per channel. On a ramp's stop, the side of larger t.
+    /// ∇f(u), one row per channel. At a ramp's stop, that on the side of larger t.
     #[must_use]
     pub fn gradient(&self, u: DVec2) -> [DVec2; 3] {
         match &self.profile {
@@ -168,7 +168,7 @@ impl Shade {
         }
     }
 
-    /// Whether f is the same everywhere, so that its gradient need not be asked for.
+    /// Whether f is constant, so that its gradient is 0.
     #[must_use]
     pub fn is_constant(&self) -> bool {
         match &self.profile {
@@ -179,8 +179,7 @@ impl Shade {
         }
     }
 
-    /// Whether the material takes a shade along that is not constant: whether ∂f/∂θ may differ
-    /// from 0.
+    /// Whether a nonconstant shade is carried by the material, so that ∂f/∂θ may be nonzero.
     #[must_use]
     pub(crate) fn is_carried(&self) -> bool {
         self.attachment == Attachment::Material && !self.is_constant()

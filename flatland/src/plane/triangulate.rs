@@ -3,7 +3,7 @@
 use glam::DVec2;
 use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation as _};
 
-/// What makes a set of points and edges impossible to triangulate.
+/// Reason why points and edges cannot be triangulated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum TriangulateError {
     /// A coordinate is not finite, above 2²⁰¹, or not 0 and below 2⁻¹⁴².
@@ -14,7 +14,7 @@ pub(crate) enum TriangulateError {
     Crossing,
 }
 
-/// "No triangle": beyond the convex hull.
+/// Index for no triangle: beyond the convex hull.
 pub(crate) const OUTSIDE: u32 = u32::MAX;
 
 /// Triangles over distinct points. Corner k of a triangle starts the edge to corner k + 1.
@@ -50,7 +50,7 @@ impl Triangulation {
         debug_assert_eq!(mesh.num_vertices(), points.len(), "points are distinct");
         let index = |i: usize| u32::try_from(i).expect("fewer than 2³² faces");
         let mut this = Self::default();
-        // Inner faces are numbered 1 .. in spade, 0 being the outside.
+        // Inner faces are numbered from 1 in spade, 0 being the outside.
         for face in mesh.inner_faces() {
             let edges = face.adjacent_edges();
             this.triangles.push(edges.map(|e| index(e.from().fix().index())));
@@ -61,9 +61,8 @@ impl Triangulation {
         Ok(this)
     }
 
-    /// Calls `cross(triangle, edge, neighbour)` once for every triangle reached from the outside,
-    /// each before the triangles behind it; `triangle` is [`OUTSIDE`] at the hull, where `edge`
-    /// counts in the neighbour.
+    /// Calls `cross(triangle, edge, neighbour)` once for every triangle reached from the outside, each before
+    /// the triangles behind it; `triangle` is [`OUTSIDE`] at the hull, where `edge` is that of the neighbour.
     pub(crate) fn flood(&self, mut cross: impl FnMut(u32, [u32; 2], u32)) {
         let mut seen = vec![false; self.triangles.len()];
         let mut todo = vec![];

@@ -1,4 +1,4 @@
-//! What the tracer and the fields ask of an implicit shape.
+//! Interface of implicit shapes to the tracer and the fields.
 
 use std::ops::{Add, Mul};
 
@@ -49,77 +49,81 @@ pub struct SecondOrder<V: Space> {
 }
 
 impl<V: Space> SecondOrder<V> {
-    /// (∇φ·v, ∇²φ v): how φ and ∇φ change for who moves with velocity v. An eye with velocity ȯ sees a shape whose φ̇ and ∇φ̇ are
-    /// larger by this. What it leaves out of −ȯ in the velocity of a level set, the part along it, moves no silhouette.
+    /// (∇φ·v, ∇²φ v): rates of φ and ∇φ at a point that moves with velocity v. For an eye with velocity ȯ,
+    /// they are added to the shape's φ̇ and ∇φ̇. This omits from the velocity of a level set only the
+    /// component of −ȯ along it, which moves no silhouette.
     #[must_use]
     pub fn advected(&self, velocity: V) -> Jet<V> {
         Jet { value: self.jet.gradient.dot(velocity), gradient: self.hessian * velocity }
     }
 
-    /// The transpose: the covector of v.
+    /// Transpose of [`advected`](Self::advected): the covector of v.
     #[must_use]
     pub fn advected_transpose(&self, covector: Jet<V>) -> V {
         self.jet.gradient * covector.value + self.hessian * covector.gradient
     }
 }
 
-/// An implicit shape φ(x; θ) = 0 with φ > 0 outside and parameters θ ∈ Rᵖ. Spheres of radius φ over the
+/// An implicit shape φ(x; θ) = 0 with φ > 0 outside and parameters θ ∈ Rᵖ. Spheres of radius φ divided by the
 /// [bound](Self::slope_bound) on |∇φ|, 1 for distances, are empty.
 ///
-/// [`rate`](Self::rate) and [`add_parameter_gradient`](Self::add_parameter_gradient) are one linear
-/// map and its transpose: forward and reverse mode agree to rounding.
+/// [`rate`](Self::rate) and [`add_parameter_gradient`](Self::add_parameter_gradient) are a linear map and its
+/// transpose: forward and reverse mode agree to rounding.
 ///
 /// Near the surface |∇φ| ≥ √½ is assumed.
 ///
-/// Where φ is not differentiable (its medial axis, the corners of polygons, the cell edges of a
-/// bilinear grid) every implementation returns the derivatives of one of the smooth pieces that meet
-/// there, and a gradient of 0 at an isolated point (the centre of a circle, a vertex).
+/// Where φ is not differentiable (its medial axis, the corners of polygons, the cell edges of a bilinear
+/// grid) every implementation returns the derivatives of one of the smooth pieces that meet there, and a
+/// gradient of 0 at an isolated point (the centre of a circle, a vertex).
 pub trait Sdf<V: Space>: Sync {
     /// φ(x) and ∇φ(x).
     fn jet(&self, x: V) -> Jet<V>;
 
-    /// φ(x) alone, where that takes less.
+    /// φ(x) alone, if that is cheaper.
     fn value(&self, x: V) -> f64 {
         self.jet(x).value
     }
 
-    /// φ(x), ∇φ(x) and ∇²φ(x) in one visit.
+    /// φ(x), ∇φ(x) and ∇²φ(x) in one evaluation.
     fn second_order(&self, x: V) -> SecondOrder<V>;
 
-    /// A bound on |∇φ| wherever rays go, which is where φ > 0.
+    /// A bound on |∇φ| where rays are traced, which is where φ > 0.
     fn slope_bound(&self) -> f64 {
         1.0
     }
 
-    /// A bound on |∇φ| inside as well, where rays go around the [complement](super::shapes::Complement) of the shape. It is the
-    /// same for shapes whose bound does not depend on the side.
+    /// A bound on |∇φ| that includes the inside, where rays are traced around the
+    /// [complement](super::shapes::Complement) of the shape. Equal for shapes whose bound does not depend on
+    /// the side.
     fn slope_bound_everywhere(&self) -> f64 {
         self.slope_bound()
     }
 
-    /// M ≥ 0 with s·∇²φ s ≥ −M for all directions s, wherever rays go within the [bounds](Self::bounds), where ∇φ is continuous or jumps upwards. With it
-    /// φ falls along a ray by no more than −∇φ·ω t + M t²/2, so that steps may be longer than φ over the bound on |∇φ| (Kalra and Barr
-    /// 1989). 0 where φ is convex, as outside balls and boxes: rays then take the steps of Newton's method. ∞ where none is known.
+    /// M ≥ 0 with s·∇²φ s ≥ −M for all unit directions s, where rays are traced within the
+    /// [bounds](Self::bounds), and where ∇φ is continuous or φ has only convex kinks. Then φ falls along a
+    /// ray by at most −∇φ·ω t + M t²/2, so that steps may be longer than φ divided by the bound on |∇φ|
+    /// (Kalra and Barr 1989). 0 where φ is convex, as outside balls and boxes: rays then take the steps of
+    /// Newton's method. ∞ if none is known.
     fn second_derivative_bound(&self) -> f64 {
         f64::INFINITY
     }
 
-    /// The corners of a box, along the axes, outside of which φ > 0 everywhere: the surface and the inside lie within. `None` where none is
-    /// known, or the inside has no end.
+    /// Corners of an axis-aligned box outside which φ > 0 everywhere: it contains the surface and the inside.
+    /// `None` if none is known, or the inside is unbounded.
     fn bounds(&self) -> Option<(V, V)> {
         self.level_bounds(0.0)
     }
 
-    /// The corners of a box outside of which φ > `level` everywhere, for a level of at least 0. `None` where none is known. It is what
-    /// blended shapes need to know of their parts: of what is no distance, how far φ = level is from φ = 0 does not follow from the
-    /// latter.
+    /// Corners of a box outside which φ > `level` everywhere, for a level of at least 0. `None` if none is
+    /// known. Blended shapes need it of their parts: unless φ is a distance, the distance between φ = level
+    /// and φ = 0 is not determined by the latter.
     fn level_bounds(&self, level: f64) -> Option<(V, V)> {
         let _ = level;
         None
     }
 
-    /// [`level_bounds`](Self::level_bounds) of −φ, for [complements](super::shapes::Complement): outside of it φ < −`level`. `None` for
-    /// all that has an end.
+    /// [`level_bounds`](Self::level_bounds) of −φ, for [complements](super::shapes::Complement): outside the
+    /// box φ < −`level`. `None` for all bounded shapes.
     fn complement_level_bounds(&self, level: f64) -> Option<(V, V)> {
         let _ = level;
         None
@@ -140,8 +144,8 @@ pub trait Sdf<V: Space>: Sync {
     /// May panic if `gradient` has fewer than [`parameter_count`](Self::parameter_count) entries.
     fn add_parameter_gradient(&self, x: V, covector: Jet<V>, gradient: &mut [f64]);
 
-    /// The same of many points with their covectors, in this order where the order counts; for shapes that are faster with many at
-    /// once.
+    /// [`add_parameter_gradient`](Self::add_parameter_gradient) for many points with their covectors, in this
+    /// order if the order matters; for shapes that are faster in batches.
     ///
     /// # Panics
     /// As [`add_parameter_gradient`](Self::add_parameter_gradient).
@@ -150,15 +154,16 @@ pub trait Sdf<V: Space>: Sync {
     }
 }
 
-/// |∇φ|² below which the velocity of a level set is bounded: on surfaces |∇φ| must not be less than √½.
+/// Value of |∇φ|² below which the velocity of a level set is modified to stay bounded: on surfaces |∇φ| must
+/// be at least √½.
 const BOUNDED: f64 = 0.5;
 
-/// e = −ρ ∇φ and its derivative, with ρ = 1/|∇φ|² where |∇φ|² ≥ ½ and 4(1 − |∇φ|²), which continues it
-/// smoothly, where it is less.
+/// e = −ρ ∇φ and its derivative, with ρ = 1/|∇φ|² where |∇φ|² ≥ ½ and 4(1 − |∇φ|²), its smooth continuation,
+/// elsewhere.
 ///
-/// Times ∂_θφ, e is the velocity of the level set through x, wherever the surface is. Away from it any
-/// continuous function would do, and 1/|∇φ|² will not: between every two shapes a differentiable φ has
-/// a saddle, where it is infinite.
+/// e times ∂_θφ is the velocity of the level set through x, near the surface. Away from it any continuous
+/// function is admissible, but 1/|∇φ|² is not: between any two shapes a differentiable φ has a saddle, where
+/// it is infinite.
 #[derive(Clone, Copy)]
 pub struct LevelSetVelocity<V> {
     e: V,
@@ -168,7 +173,7 @@ pub struct LevelSetVelocity<V> {
 }
 
 impl<V: Space> LevelSetVelocity<V> {
-    /// Of a shape with this ∇φ.
+    /// From ∇φ of a shape.
     #[must_use]
     pub fn new(gradient: V) -> Self {
         let square = gradient.dot(gradient);

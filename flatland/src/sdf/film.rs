@@ -1,4 +1,4 @@
-//! Pixels of equal angle.
+//! Films with pixels of equal angle.
 
 use std::f64::consts::TAU;
 
@@ -13,7 +13,7 @@ pub struct AngularFilm {
     filter: Filter,
 }
 
-/// A film that cannot be made.
+/// Invalid parameters of a film.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum AngularFilmError {
@@ -25,7 +25,7 @@ pub enum AngularFilmError {
         /// Its last.
         last: f64,
     },
-    /// The filter of a pixel reaches around the circle, onto itself.
+    /// The filter of a pixel overlaps itself around the circle.
     #[error("the support of a pixel's filter is {support} radians wide, more than 2π")]
     Support {
         /// Its width, in radians.
@@ -40,7 +40,7 @@ impl AngularFilm {
     /// `count` pixels from the angle `first` to `last`, in radians.
     ///
     /// # Errors
-    /// If there are no pixels, the interval is no interval or the support of a pixel wider than the circle.
+    /// If there are no pixels, the interval is invalid or the support of a pixel is wider than the circle.
     pub fn new(first: f64, last: f64, count: usize, filter: Filter) -> Result<Self, AngularFilmError> {
         if count == 0 {
             return Err(AngularFilmError::NoPixels);
@@ -54,7 +54,7 @@ impl AngularFilm {
         if support <= TAU { Ok(film) } else { Err(AngularFilmError::Support { support }) }
     }
 
-    /// How many pixels.
+    /// Number of pixels.
     #[must_use]
     pub fn count(&self) -> usize {
         self.count
@@ -72,7 +72,7 @@ impl AngularFilm {
         self.filter
     }
 
-    /// The middle of a pixel.
+    /// Centre of a pixel.
     #[must_use]
     pub fn centre(&self, pixel: usize) -> f64 {
         self.first + (pixel as f64 + 0.5) * self.pixel
@@ -84,7 +84,7 @@ impl AngularFilm {
         self.filter.radius() * self.pixel
     }
 
-    /// h at an angle from the pixel's middle, in radians⁻¹; ∫ h = 1.
+    /// h at an angle from the pixel's centre, in radians⁻¹; ∫ h = 1.
     #[must_use]
     pub fn value(&self, offset: f64) -> f64 {
         self.filter.profile(offset / self.pixel) / self.pixel

@@ -1,21 +1,21 @@
 //! Implicit flat worlds: shapes φ(x; θ) = 0 seen from a point, in all directions of the circle.
 //!
-//! The image is I_p = ∫ h_p(ω) L(ω; θ) dω over the circle of directions (n = 1), where L is what the
-//! ray from the eye hits first. A ray is found by sphere tracing, which brings points x_i with φ and
-//! ∇φ for nothing; the two fields published for implicit shapes are made of these points alone and
-//! trace no auxiliary ray. [`distance`](Sdf), [`tracer`](Tracer) and [`fields`] do not know the
-//! dimension: with [`Space`] for the plane or space, the sphere of directions uses the same code.
+//! The image is I_p = ∫ h_p(ω) L(ω; θ) dω over the circle of directions (n = 1), where L is the radiance of
+//! the first hit of the ray from the eye. Rays are sphere traced, which yields points x_i with φ and ∇φ at no
+//! additional cost; the two fields published for implicit shapes use only these points and trace no auxiliary
+//! rays. [`distance`](Sdf), [`tracer`](Tracer) and [`fields`] are independent of the dimension: over
+//! [`Space`], the plane and space share the same code.
 //!
 //! - [`Sdf`]: φ, its derivatives in space and in the parameters, and the transpose of the latter.
-//! - [`LevelSetVelocity`]: how fast a level set moves, and the derivatives of that.
+//! - [`LevelSetVelocity`]: velocity of a level set, and its derivatives.
 //! - [`shapes`]: discs, rectangles, polygons, grids, and their smooth union.
 //! - [`Tracer`], [`View`], [`Trace`]: sphere tracing and the derivative of the whole trace.
-//! - [`fields`]: every construction of V, as a linear form in ∂_θφ and ∇∂_θφ.
+//! - [`fields`]: all constructions of V, as linear forms in ∂_θφ and ∇∂_θφ.
 //! - [`Scene`], [`AngularFilm`]: an eye, a shading, pixels of equal angle.
 //! - [`estimator::sdf`](crate::estimator::sdf): area integral, relaxed boundary, implicit differentiation.
 //! - [`exact`]: the same pixels and derivatives in closed form, from tangent rays.
 //!
-//! What moves is the shape. The eye, the light and the film stand still.
+//! Only the shape moves; eye, light and film are static.
 
 mod distance;
 pub mod exact;

@@ -1,14 +1,14 @@
-//! Where a ray passes a surface without meeting it.
+//! Near misses: points where a ray passes a surface without hitting it.
 
 use super::distance::Jet;
 use super::space::Space;
 use super::tracer::{Trace, View};
 
-/// Bisections of a local minimum: the angle of ∇φ against the ray is then 0 to 2⁻⁵⁰.
+/// Bisections of a local minimum: the angle between ∇φ and the normal plane of the ray is then 0 to 2⁻⁵⁰.
 const BISECTIONS: usize = 50;
 
-/// The local minima of φ along a traced ray with 0 < φ < ε, where ∇φ·ω = 0. Steps are no longer than φ, so that within
-/// the band no minimum falls between two points unseen.
+/// Local minima of φ along a traced ray with 0 < φ < ε, where ∇φ·ω = 0. Steps are no longer than φ, so that
+/// within the band no minimum is missed between two points.
 #[must_use]
 pub fn near_misses<V: Space>(view: &View<'_, V>, trace: &Trace<V>, width: f64) -> Vec<V> {
     let omega = trace.direction;

@@ -12,7 +12,7 @@ pub struct Scalar<V> {
 }
 
 impl<V: Vector> Scalar<V> {
-    /// The same in every direction.
+    /// A constant function.
     #[must_use]
     pub fn constant(value: f64) -> Self {
         Self { value, gradient: V::ZERO }

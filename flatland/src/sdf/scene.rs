@@ -1,4 +1,4 @@
-//! An implicit shape before an eye, shaded.
+//! Scenes: a shaded implicit shape seen from an eye.
 
 use glam::DVec2;
 
@@ -6,21 +6,21 @@ use super::distance::{Jet, Sdf};
 use super::shapes::Shape;
 use super::tracer::{Trace, TracePoint, Tracer, TracerError, View};
 
-/// L = base + a·x + b·n at the point x with unit normal n: smooth, like a Lambert surface lit from
-/// all around, and different along a surface both by place and by slope.
+/// L = base + a·x + b·n at the point x with unit normal n: smooth, like a Lambertian surface lit from all
+/// around, and varying along a surface with both position and slope.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shading {
     /// The constant part.
     pub base: f64,
     /// a, per unit of length.
     pub position: DVec2,
-    /// b. The normal of a polygon jumps at its corners and with it L, also where no silhouette is:
-    /// such jumps no field of this module follows.
+    /// b. The normal of a polygon is discontinuous at its corners, and with it L, also away from silhouettes:
+    /// no field of this module follows such discontinuities.
     pub normal: DVec2,
 }
 
 impl Shading {
-    /// The same radiance everywhere.
+    /// Constant radiance.
     #[must_use]
     pub fn constant(base: f64) -> Self {
         Self { base, position: DVec2::ZERO, normal: DVec2::ZERO }
@@ -33,7 +33,7 @@ impl Shading {
     }
 }
 
-/// What cannot be rendered.
+/// Reason for rejecting a scene.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SceneError {
@@ -51,7 +51,7 @@ pub enum SceneError {
     Shading,
 }
 
-/// A shape, an eye and what is seen.
+/// A shape, an eye and a shading.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     shape: Shape,
@@ -61,14 +61,14 @@ pub struct Scene {
     background: f64,
 }
 
-/// L along a ray and its derivative, as a linear form:
-/// dL/dθ = a·V + c φ̇ + r·∇φ̇ when the ray turns with velocity V.
+/// L along a ray and its derivative, as a linear form: dL/dθ = a·V + c φ̇ + r·∇φ̇ if the ray rotates with
+/// velocity V.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Seen {
     pub(crate) radiance: f64,
     /// ∇_ω L = a; 0 on a miss.
     pub(crate) gradient: DVec2,
-    /// Where φ̇ is taken, and (c, r).
+    /// The point where φ̇ is evaluated, and (c, r).
     pub(crate) hit: Option<(DVec2, Jet<DVec2>)>,
 }
 
@@ -86,7 +86,7 @@ impl Scene {
     ) -> Result<Self, SceneError> {
         tracer.check()?;
         let phi = shape.jet(eye).value;
-        // Not a number is not outside either.
+        // NaN is not outside either.
         if !(phi > 0.0 && phi.is_finite()) {
             return Err(SceneError::EyeInside { phi });
         }
@@ -115,13 +115,13 @@ impl Scene {
         &self.shading
     }
 
-    /// The radiance of what is not hit.
+    /// Radiance of rays that miss.
     #[must_use]
     pub fn background(&self) -> f64 {
         self.background
     }
 
-    /// What fields ask of the scene.
+    /// The scene as seen by fields.
     #[must_use]
     pub fn view(&self) -> View<'_, DVec2> {
         View { sdf: &self.shape, eye: self.eye, start: 0.0, tracer: self.tracer }

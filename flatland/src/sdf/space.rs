@@ -1,4 +1,4 @@
-//! The plane and space, where implicit shapes live.
+//! The plane and space as ambient spaces of implicit shapes.
 
 use std::fmt::Debug;
 use std::ops::{Add, Mul, Sub};
@@ -7,7 +7,7 @@ use glam::{DMat2, DMat3, DVec2, DVec3};
 
 use crate::warp::{Domain, Vector};
 
-/// R² or R³, with the matrices that second derivatives are.
+/// R² or R³, with matrices for second derivatives.
 pub trait Space: Vector + Send + Sync {
     /// A matrix of d × d numbers.
     type Matrix: Copy
@@ -27,7 +27,7 @@ pub trait Space: Vector + Send + Sync {
     /// The identity.
     const IDENTITY: Self::Matrix;
 
-    /// The vector whose components a function gives.
+    /// The vector with components given by a function.
     fn from_components(component: impl Fn(usize) -> f64) -> Self;
     /// A component, from 0 to d − 1.
     #[must_use]

@@ -7,26 +7,26 @@ use super::distance::{Jet, Sdf};
 use super::scalar::Scalar;
 use super::space::Space;
 
-/// How a ray is traced.
+/// Parameters of ray tracing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tracer {
-    /// ℓ = `step_scale` · φ over the bound on |∇φ|, in (0, 1]. Less than 1 gives more points, and safety where |∇φ|
-    /// exceeds its bound a little.
+    /// ℓ = `step_scale` · φ divided by the bound on |∇φ|, in (0, 1]. Values below 1 give more points, and
+    /// safety if |∇φ| slightly exceeds its bound.
     pub step_scale: f64,
-    /// A point is on the surface when |φ| ≤ `tolerance` · t, an angle in radians, and the ray hits: where it grazes, a root of φ must be found.
-    /// In [10⁻¹⁴, 1).
+    /// Tolerance: a point is on the surface if |φ| ≤ `tolerance` · t, an angle in radians, and the ray hits;
+    /// at grazing incidence a root of φ must be found. In [10⁻¹⁴, 1).
     pub tolerance: f64,
-    /// The most points a ray may have. A ray that passes the surface at the angle δ needs about
-    /// δ^−½ of them.
+    /// Largest number of points of a ray. A ray that passes the surface at the angle δ needs about δ^−½ of
+    /// them.
     pub max_steps: usize,
-    /// The distance at which a ray has left the scene.
+    /// Distance at which a ray has left the scene.
     pub far: f64,
 }
 
-/// The cosine −∇φ·ω/|∇φ| above which a ray within the tolerance is sure to hit: φ + φ′s + φ″s²/2 has a root where φ′² ≥ 2 φ φ″, and |∇φ|/φ″ is the
-/// radius of curvature.
+/// The cosine −∇φ·ω/|∇φ| above which a ray within the tolerance certainly hits: φ + φ′s + φ″s²/2 has a root
+/// if φ′² ≥ 2 φ φ″, and |∇φ|/φ″ is the radius of curvature.
 const STEEP: f64 = 0.1;
-/// |φ|/t that is rounding.
+/// Value of |φ|/t that counts as rounding.
 const EXACT: f64 = 1e-14;
 
 impl Default for Tracer {
@@ -37,7 +37,7 @@ impl Default for Tracer {
     }
 }
 
-/// Parameters no ray can be traced with.
+/// Invalid parameters of the tracer.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TracerError {
@@ -53,7 +53,7 @@ pub enum TracerError {
         /// The tolerance.
         tolerance: f64,
     },
-    /// No steps were allowed.
+    /// The number of steps is 0.
     #[error("at least one step is needed")]
     NoSteps,
     /// The far limit must be positive and finite.
@@ -64,26 +64,26 @@ pub enum TracerError {
     },
 }
 
-/// How a ray ended.
+/// End of a ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
     /// Its last point is on the surface.
     Hit,
     /// It reached the far limit.
     Miss,
-    /// Neither, within the steps allowed, or φ was not a number. Such a ray counts as a miss, and
-    /// every estimator counts it.
+    /// Neither, within the allowed steps, or φ was NaN. Such a ray counts as a miss, and all estimators
+    /// report their number.
     OutOfSteps,
 }
 
 impl End {
-    /// A ray that ended so, counted.
+    /// The count of a single ray with this end.
     pub(super) fn count(self) -> RayCount {
         RayCount { traced: 1, out_of_steps: u64::from(self == Self::OutOfSteps) }
     }
 }
 
-/// x_i = o + t_i ω, with ∇_ω of all that depends on it. Gradients are tangent at ω.
+/// x_i = o + t_i ω, with ∇_ω of everything that depends on it. Gradients are tangent at ω.
 #[derive(Clone, Copy, Debug)]
 pub struct TracePoint<V> {
     /// x_i.
@@ -96,27 +96,27 @@ pub struct TracePoint<V> {
     pub jet: Jet<V>,
     /// ∇_ω φ(x_i).
     pub phi_gradient: V,
-    /// ℓ_i, the length of the step from here, cut off at the far limit.
+    /// ℓ_i, the length of the step from here, truncated at the far limit.
     pub step: f64,
     /// ∇_ω ℓ_i.
     pub step_gradient: V,
 }
 
-/// A traced ray: all its points from the eye on, which is the first, and how it ended.
+/// A traced ray: all its points, the first of which is the eye, and its end.
 #[derive(Clone, Debug)]
 pub struct Trace<V> {
     /// ω.
     pub direction: V,
-    /// Every point φ was asked at.
+    /// All points at which φ was evaluated.
     pub points: Vec<TracePoint<V>>,
-    /// How it ended.
+    /// End of the ray.
     pub end: End,
 }
 
-/// How many rays were traced, and how many of these ran out of steps.
+/// Number of rays traced, and of those that ran out of steps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RayCount {
-    /// All of them.
+    /// All rays.
     pub traced: u64,
     /// Those that ended [`End::OutOfSteps`].
     pub out_of_steps: u64,
@@ -146,7 +146,7 @@ impl Sum for RayCount {
 }
 
 impl<V> Trace<V> {
-    /// This ray, counted.
+    /// The count of this ray.
     #[must_use]
     pub fn count(&self) -> RayCount {
         self.end.count()
@@ -166,9 +166,10 @@ pub struct View<'a, V: Space> {
     pub sdf: &'a dyn Sdf<V>,
     /// o, outside the shape or on its surface.
     pub eye: V,
-    /// t₀, where rays start: 0 from free space. On a surface φ = 0 and no step is taken; rays that leave one start beyond it.
+    /// t₀, where rays start: 0 in free space. On a surface φ = 0 and no step would be taken; rays that leave
+    /// one start beyond it.
     pub start: f64,
-    /// How rays are traced.
+    /// Parameters of ray tracing.
     pub tracer: Tracer,
 }
 
@@ -199,8 +200,8 @@ impl<V: Space> View<'_, V> {
     /// ∇_ω φ(x_i) = t_i P_ω ∇φ + (∇φ·ω) ∇_ω t_i.
     /// ```
     ///
-    /// The last step of a miss ends at the far limit, so that points which come in there with a turn
-    /// of ω do so with ℓ = 0.
+    /// The last step of a miss ends at the far limit, so that points which enter there as ω rotates do so
+    /// with ℓ = 0.
     #[must_use]
     pub fn trace(&self, direction: V) -> Trace<V> {
         let mut trace = Trace { direction, points: vec![], end: End::OutOfSteps };
@@ -208,8 +209,8 @@ impl<V: Space> View<'_, V> {
         trace
     }
 
-    /// The same up to a far limit that may depend on the direction, such as the distance of something else that the ray
-    /// hits. What was in the trace before is lost, but for its memory.
+    /// [`trace`](Self::trace) up to a far limit that may depend on the direction, such as the distance of
+    /// another hit of the ray. The trace's previous content is discarded, its memory reused.
     pub fn trace_until(&self, direction: V, far: Scalar<V>, trace: &mut Trace<V>) {
         trace.direction = direction;
         trace.points.clear();
@@ -218,7 +219,7 @@ impl<V: Space> View<'_, V> {
         trace.end = self.walk(direction, far, look, |point, ()| points.push(*point));
     }
 
-    /// Visits the points one after another, with whatever else is found out where φ is looked at.
+    /// Visits the points in order, with additional results of each evaluation of φ.
     #[inline]
     pub(super) fn walk<T>(
         &self,
@@ -253,8 +254,8 @@ impl<V: Space> View<'_, V> {
         End::OutOfSteps
     }
 
-    /// Whether a ray that is within the tolerance of the surface at t hits it. One that grazes does if Newton's method finds a root: where there is
-    /// none, φ does not halve at each step.
+    /// Whether a ray within the tolerance of the surface at t hits it. A grazing ray does if Newton's method
+    /// finds a root; without a root, φ does not halve at each step.
     fn hits(&self, direction: V, mut t: f64, mut jet: Jet<V>, mut along: f64) -> bool {
         if along * along >= STEEP * STEEP * jet.gradient.dot(jet.gradient) {
             return true;
@@ -291,7 +292,7 @@ mod tests {
 
     #[test]
     fn every_gradient_is_that_of_the_discrete_trace() {
-        // Rays that begin beyond the eye and end at a wall.
+        // Rays that start beyond the eye and end at a wall.
         let wall = |angle: f64| {
             let gradient = DVec2::from_angle(angle).perp() * (2.0 * (4.0 * angle).cos());
             Scalar { value: 3.9 + 0.5 * (4.0 * angle).sin(), gradient }
@@ -343,7 +344,7 @@ mod tests {
         let short = View { tracer: Tracer { max_steps: 3, ..view.tracer }, ..view };
         assert_eq!(short.trace(DVec2::from_angle(0.1)).end, End::OutOfSteps);
         assert_eq!(short.trace(DVec2::from_angle(0.1)).points.len(), 3);
-        // The steps of a miss add up to the far limit.
+        // The steps of a miss sum to the far limit.
         let miss = view.trace(DVec2::from_angle(1.0));
         let sum: f64 = miss.points.iter().map(|p| p.step).sum();
         assert!((sum - 20.0).abs() < 1e-12, "{sum}");

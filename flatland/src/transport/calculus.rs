@@ -1,4 +1,4 @@
-//! Where the numbers of a path's integrand come from.
+//! The calculus: the source of the numbers of a path's integrand.
 
 use glam::DVec2;
 
@@ -6,30 +6,31 @@ use super::scattering::Scattering;
 use super::{Hit, Material, Origin, World};
 use crate::calculus::{Number, Vec2};
 
-/// A direction ω + ε V(ω) and the Jacobian 1 + ε ∇·V(ω) of the change of variables it belongs to.
+/// A direction ω + ε V(ω), with the Jacobian 1 + ε ∇·V(ω) of the change of variables.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Warped<T> {
     pub(crate) direction: Vec2<T>,
     pub(crate) jacobian: T,
 }
 
-/// A point at which light is scattered.
+/// A scattering point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bounce<T> {
-    /// How many such points there are between the camera and this one.
+    /// Number of scattering points between the camera and this one.
     pub(crate) depth: usize,
-    /// Where it is, as the start of a ray.
+    /// The point as the start of a ray.
     pub(crate) origin: Origin,
-    /// The same in numbers.
+    /// The point over numbers.
     pub(crate) position: Vec2<T>,
     pub(crate) scattering: Scattering<T>,
-    /// Without derivatives, for what is drawn from it.
+    /// Scattering without derivatives, from which directions are sampled.
     pub(crate) still: Scattering<f64>,
 }
 
-/// The parameters of a world as numbers, and what is done about the jumps over the directions at a surface.
+/// The parameters of a world as numbers, and the treatment of discontinuities over the directions at a
+/// surface.
 pub(crate) trait Calculus {
-    /// What is computed with.
+    /// Number type.
     type Number: Number;
 
     /// The end points of a segment.
@@ -41,10 +42,10 @@ pub(crate) trait Calculus {
     /// The environment's radiance.
     fn environment(&self) -> Self::Number;
 
-    /// Whether a surface that scatters nothing must be followed all the same, because its reflectance is a parameter.
+    /// Whether a black surface must be followed nevertheless, because its reflectance is a parameter.
     fn wants_black(&self) -> bool;
 
-    /// The warp at a direction, of the light of one emitting segment or of all scattered light.
+    /// The warp at a direction, for the light of one emitting segment or for all scattered light.
     fn warp(
         &mut self,
         at: &Bounce<Self::Number>,
@@ -52,15 +53,15 @@ pub(crate) trait Calculus {
         emitter: Option<usize>,
     ) -> Warped<Self::Number>;
 
-    /// ∫ f cos φ L dω less its value: 0, with the derivative due to jumps that no warp follows.
+    /// ∫ f cos φ L dω less its value: 0, with the derivative due to discontinuities that no warp follows.
     fn jumps(&mut self, at: &Bounce<Self::Number>) -> Self::Number;
 
-    /// 1/p of a density, which is not differentiated. (But for a mistake that tests make, for which there is
-    /// `attached`, the density as it moves.)
+    /// 1/p of a density, which is not differentiated. (Except in a negative control, which uses `attached`,
+    /// the density as it moves.)
     fn weight(&self, density: f64, attached: impl FnOnce() -> Self::Number) -> Self::Number;
 }
 
-/// No derivatives.
+/// Plain numbers, without derivatives.
 #[derive(Debug)]
 pub(super) struct Plain<'w> {
     pub(super) world: &'w World,
@@ -99,8 +100,8 @@ impl Calculus for Plain<'_> {
 }
 
 impl<T: Number> Bounce<T> {
-    /// Where the ray o + tω meets a segment's line: t = (a − o) × e/(ω × e). All of it moves: the origin, the direction
-    /// and the segment.
+    /// Intersection of the ray o + tω with a segment's line: t = (a − o) × e/(ω × e), where origin, direction
+    /// and segment all move.
     pub(crate) fn new<C: Calculus<Number = T>>(
         world: &World,
         calculus: &C,

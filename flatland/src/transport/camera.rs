@@ -9,16 +9,15 @@ use crate::plane::Filter;
 /// A pinhole at `position`, looking along the angle `angle`, and a film in front of it.
 ///
 /// With T = tan(field of view/2), the film coordinate u ∈ [0, n] of a film of n pixels belongs to the
-/// direction a + (2u/n − 1) T b, where a is the optical axis and b is a turned from +x towards +y by
-/// a right angle. The image is I_p = ∫ h_p(u) L(position, ω(u)) du, with the filter normalised to
-/// ∫ h_p du = 1.
+/// direction a + (2u/n − 1) T b, where a is the optical axis and b is a rotated from +x towards +y by a right
+/// angle. The image is I_p = ∫ h_p(u) L(position, ω(u)) du, with the filter normalised to ∫ h_p du = 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     /// The pinhole.
     pub position: DVec2,
-    /// The direction of the optical axis in radians, from +x towards +y.
+    /// Direction of the optical axis in radians, from +x towards +y.
     pub angle: f64,
-    /// The angle between the directions of both ends of the film, in (0, π).
+    /// Angle between the directions of both ends of the film, in (0, π).
     pub field_of_view: f64,
     /// The film.
     pub film: Film,
@@ -27,20 +26,20 @@ pub struct Camera {
 /// A line of pixels of unit length: pixel i is [i, i + 1].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Film {
-    /// How many.
+    /// Number of pixels.
     pub pixels: usize,
     /// The pixel filter, in one dimension.
     pub filter: Filter,
 }
 
-/// A camera that cannot be used.
+/// Invalid parameters of a camera.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CameraError {
     /// No pixels, or more than 2³².
     #[error("a film of {pixels} pixels")]
     Pixels {
-        /// How many.
+        /// Number of pixels.
         pixels: usize,
     },
     /// A position or angle that is NaN or infinite.
@@ -54,7 +53,7 @@ pub enum CameraError {
     },
 }
 
-/// A film coordinate drawn for a pixel, with the filter there divided by the density.
+/// A film coordinate sampled for a pixel, with the filter value divided by the density.
 #[derive(Clone, Copy, Debug)]
 pub struct FilmSample {
     /// u.
@@ -65,8 +64,7 @@ pub struct FilmSample {
     pub slope: f64,
 }
 
-/// The velocity of a film coordinate, or of a direction, per unit of each of the camera's
-/// parameters.
+/// Velocity of a film coordinate, or of a direction, per unit of each of the camera's parameters.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CameraTangent {
     /// Per unit of the position.
@@ -78,7 +76,7 @@ pub struct CameraTangent {
 }
 
 impl Camera {
-    /// Checks the parameters once, so that nothing else need.
+    /// Checks the parameters once, so that no other call need.
     ///
     /// # Errors
     /// A [`CameraError`] that names the parameter.
@@ -121,7 +119,7 @@ impl Camera {
         self.film.direction(u, self.angle, self.field_of_view).value()
     }
 
-    /// The film coordinate at which a point is seen; `None` if it is not in front of the camera.
+    /// Film coordinate of a point; `None` if it is not in front of the camera.
     #[must_use]
     pub fn project(&self, point: DVec2) -> Option<f64> {
         let [a, b] = self.axes();
@@ -130,8 +128,8 @@ impl Camera {
         (depth > 0.0).then(|| self.half_film() * (1.0 + d.dot(b) / (depth * self.half_width())))
     }
 
-    /// du/dθ of the point seen at u at the distance t along ω(u): the covector of the point's
-    /// velocity, and that of the camera's own change. A point at infinity has t = ∞.
+    /// du/dθ of the point seen at u at the distance t along ω(u): the covector of the point's velocity, and
+    /// that of the camera's own change. A point at infinity has t = ∞.
     #[must_use]
     pub(crate) fn film_rate(&self, u: f64, distance: f64) -> (DVec2, CameraTangent) {
         let ([a, b], tan, half) = (self.axes(), self.half_width(), self.half_film());
@@ -159,7 +157,7 @@ impl Camera {
         (point, CameraTangent { position: -point, angle: -2.0 * q, field_of_view })
     }
 
-    /// dψ/dθ of the angle ψ of the direction ω(u): per unit of u̇, and of the camera's own change.
+    /// dψ/dθ of the angle ψ of the direction ω(u): per unit of u̇, and per unit of the camera's own change.
     #[must_use]
     pub fn direction_rate(&self, u: f64) -> (f64, CameraTangent) {
         let (tan, half) = (self.half_width(), self.half_film());
@@ -191,13 +189,13 @@ impl Film {
         self.filter.profile(u - self.centre(i))
     }
 
-    /// Width of a pixel's end: a few hundred times the rounding of positions there. A point at the end of
-    /// box pixels belongs to both, half and half, as in [the plane](crate::plane::Film).
+    /// Width of a pixel's end: several hundred times the rounding of positions there. A point at the end of
+    /// box pixels belongs to both in equal parts, as in [the plane](crate::plane::Film).
     pub(crate) fn border(&self) -> f64 {
         1024.0 * f64::EPSILON * (self.pixels as f64).max(1.0)
     }
 
-    /// h(u) of pixel i for a jump: at the end of box pixels it is a part of both.
+    /// h(u) of pixel i for a discontinuity; at the end of box pixels it is shared between them.
     pub(crate) fn filter_share(&self, i: usize, u: f64) -> f64 {
         if self.filter != Filter::Box {
             return self.filter_value(i, u);
@@ -224,7 +222,7 @@ impl Film {
 }
 
 impl CameraTangent {
-    /// The rate at which something changes when the camera changes by `change`.
+    /// Rate of a quantity with these derivatives when the camera changes by `change`.
     #[must_use]
     pub fn dot(&self, change: &Self) -> f64 {
         self.to_array().into_iter().zip(change.to_array()).map(|(a, b)| a * b).sum()

@@ -4,13 +4,13 @@ use glam::DVec2;
 
 use super::{Origin, World};
 
-/// The luminous segments as seen from a surface, whose side is given by its normal.
+/// Luminous segments as seen from a surface, whose side is given by its normal.
 #[derive(Clone, Debug)]
 pub(super) struct Emitters<'a> {
     world: &'a World,
     origin: Origin,
     normal: DVec2,
-    /// Σ L_j Δ_j, with Δ_j the angle that segment j subtends over the horizon.
+    /// Σ L_j Δ_j, with Δ_j the angle that segment j subtends above the horizon.
     power: f64,
 }
 
@@ -28,13 +28,13 @@ impl<'a> Emitters<'a> {
         this
     }
 
-    /// The density of [`sample`](Self::sample) at directions in which segment j is seen: L_j/Σ L_k Δ_k.
+    /// Density of [`sample`](Self::sample) at directions in which segment j is seen: L_j/Σ L_k Δ_k.
     pub(super) fn density(&self, segment: usize) -> f64 {
         if self.power > 0.0 { self.world.material(segment).emission / self.power } else { 0.0 }
     }
 
-    /// Picks segment j with probability ∝ L_j Δ_j and a direction uniform in Δ_j. Something else may
-    /// be seen there. `None` if nothing luminous is above the horizon.
+    /// Samples segment j with probability ∝ L_j Δ_j and a direction uniform in Δ_j. The segment may be
+    /// occluded there. `None` if no luminous segment is above the horizon.
     pub(super) fn sample(&self, [which, xi]: [f64; 2]) -> Option<EmitterSample> {
         let mut rest = which * self.power;
         let mut picked = None;
@@ -76,13 +76,13 @@ impl<'a> Emitters<'a> {
     }
 }
 
-/// The angle that a segment subtends as seen from a point.
+/// Angle that a segment subtends at a point.
 pub(crate) fn subtended(world: &World, segment: usize, from: DVec2) -> f64 {
     let [a, b] = world.segments()[segment].ends().map(|p| p - from);
     angle(a, b).abs()
 }
 
-/// The signed angle from a to b, to full precision however small.
+/// The signed angle from a to b, to full precision also for small angles.
 fn angle(a: DVec2, b: DVec2) -> f64 {
     a.perp_dot(b).atan2(a.dot(b))
 }

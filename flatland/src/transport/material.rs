@@ -1,10 +1,10 @@
-//! What a surface does with light: a diffuse part, a glossy lobe, and light of its own.
+//! Materials: a diffuse part, a glossy lobe, and emission.
 
 use std::f64::consts::{PI, TAU};
 
 use crate::calculus::Number;
 
-/// A surface, the same on both sides, opaque.
+/// An opaque material, equal on both sides.
 ///
 /// Its scattering function is
 ///
@@ -20,7 +20,7 @@ use crate::calculus::Number;
 pub struct Material<T = f64> {
     /// ρ, the diffuse reflectance, in [0, 1].
     pub reflectance: T,
-    /// The glossy lobe, if there is one.
+    /// The glossy lobe, if any.
     pub gloss: Option<Gloss<T>>,
     /// L, the emitted radiance.
     pub emission: T,
@@ -32,20 +32,20 @@ pub struct Material<T = f64> {
 /// g_w(α) = sinh w / (2π (cosh w − cos α)),   ∫ g_w dα = 1:
 /// ```
 ///
-/// the wrapped Cauchy distribution, which is Poisson's kernel of radius e⁻ʷ. Its tails are those of
-/// measured gloss rather than of a Gaussian; its integral, its inverse and its product with a cosine
-/// are elementary; and it stays so down to a mirror.
+/// the wrapped Cauchy distribution, which is Poisson's kernel of radius e⁻ʷ. Its tails resemble those of
+/// measured gloss rather than of a Gaussian; its integral, its inverse and its product with a cosine are
+/// elementary, in the limit of a mirror too.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gloss<T = f64> {
-    /// s, the part of the light that enters the lobe, in [0, 1 − ρ]. A part of the lobe may lie below
-    /// the surface, where it is lost.
+    /// s, the fraction of the light in the lobe, in [0, 1 − ρ]. A part of the lobe may be below the surface,
+    /// where it is lost.
     pub strength: T,
     /// w, the lobe's half width at half maximum in radians while it is small; in (0, [`Gloss::WIDEST`]].
     pub width: T,
 }
 
 impl Material {
-    /// The same with other numbers for ρ, L, s and w. What is put for the gloss that it has not is left out.
+    /// Replaces the numbers ρ, L, s and w. Without gloss, s and w are ignored.
     pub(crate) fn with<T>(&self, numbers: impl FnOnce([f64; 4]) -> [T; 4]) -> Material<T> {
         let Gloss { strength, width } = self.gloss.unwrap_or(Gloss { strength: 0.0, width: 1.0 });
         let [reflectance, emission, strength, width] =
@@ -53,25 +53,25 @@ impl Material {
         Material { reflectance, gloss: self.gloss.map(|_| Gloss { strength, width }), emission }
     }
 
-    /// Diffuse, with reflectance ρ.
+    /// A diffuse material with reflectance ρ.
     #[must_use]
     pub fn diffuse(reflectance: f64) -> Self {
         Self { reflectance, ..Self::default() }
     }
 
-    /// Black, and emitting the radiance L.
+    /// A black material that emits the radiance L.
     #[must_use]
     pub fn emitter(emission: f64) -> Self {
         Self { emission, ..Self::default() }
     }
 
-    /// Black but for a glossy lobe.
+    /// A material with only a glossy lobe.
     #[must_use]
     pub fn glossy(strength: f64, width: f64) -> Self {
         Self { gloss: Some(Gloss { strength, width }), ..Self::default() }
     }
 
-    /// The same, emitting the radiance L.
+    /// Sets the emitted radiance L.
     #[must_use]
     pub fn with_emission(self, emission: f64) -> Self {
         Self { emission, ..self }
@@ -83,13 +83,13 @@ impl Material {
         self.albedo() > 0.0
     }
 
-    /// ρ + s: no more than this part of the light is scattered.
+    /// ρ + s, an upper bound on the scattered fraction of the light.
     #[must_use]
     pub fn albedo(&self) -> f64 {
         self.reflectance + self.gloss.map_or(0.0, |g| g.strength)
     }
 
-    /// What is wrong with it, if anything.
+    /// Checks the parameters; returns the violation.
     pub(super) fn check(&self) -> Result<(), &'static str> {
         let unit = 0.0..=1.0;
         let gloss = self.gloss.unwrap_or(Gloss { strength: 0.0, width: 1.0 });
@@ -119,7 +119,7 @@ impl<T: Number> Gloss<T> {
 }
 
 impl Gloss {
-    /// The largest width: g_w is then constant to within ±10%.
+    /// Largest width: g_w is then constant to within ±10 %.
     pub const WIDEST: f64 = 3.0;
 
     /// g_w(α).
@@ -139,7 +139,7 @@ impl Gloss {
         [-0.5 * g * alpha.sin() / spread, g * by_width / (w.sinh() * spread)]
     }
 
-    /// The angle α below which the part ξ of the lobe lies, in (−π, π).
+    /// The angle α below which the fraction ξ of the lobe lies, in (−π, π).
     #[must_use]
     pub fn quantile(&self, xi: f64) -> f64 {
         2.0 * ((0.5 * self.width).tanh() * (PI * (xi - 0.5)).tan()).atan()
@@ -154,7 +154,7 @@ mod tests {
     fn the_lobe_integrates_to_one_and_its_quantile_inverts_it() {
         for width in [1e-6, 1e-3, 0.1, 1.0, 3.0] {
             let gloss = Gloss { strength: 1.0, width };
-            // In equal parts of the distribution: ∫ g dα = Σ g dα/dξ Δξ.
+            // At equal steps of the distribution: ∫ g dα = Σ g dα/dξ Δξ.
             let n = 4000;
             let mut sum = 0.0;
             for i in 0..n {

@@ -1,18 +1,19 @@
 //! Flat worlds: light transport in the plane, over the directions of a circle (n = 1).
 //!
-//! A [`World`] is made of disjoint polylines and polygons, each of one [`Material`], in an
-//! environment of constant radiance; a [`Camera`] is a pinhole with a line of pixels. The radiance
-//! that leaves x towards ω_o is
+//! A [`World`] consists of disjoint polylines and polygons, each of one [`Material`], in an environment of
+//! constant radiance; a [`Camera`] is a pinhole with a line of pixels. The radiance that leaves x towards ω_o
+//! is
 //!
 //! ```text
 //! L(x, ω_o) = L_e + ∫ f(ω_i, ω_o) |n·ω_i| L(y, −ω_i) dω_i
 //! ```
 //!
-//! over the half circle of directions on ω_o's side, and y the point first met in direction ω_i. It is computed over
-//! numbers of [`calculus`](crate::calculus): plain ones for the image, recorded ones for derivatives.
+//! over the half circle of directions on ω_o's side, with y the first point hit in direction ω_i. It is
+//! computed over numbers of [`calculus`](crate::calculus): plain ones for the image, recorded ones for
+//! derivatives.
 //!
-//! A [`Tangent`] says how vertices, materials, environment and camera depend on θ, and has the shape
-//! of the gradient as well.
+//! A [`Tangent`] is the rate of vertices, materials, environment and camera by θ; gradients have the same
+//! type.
 
 mod calculus;
 mod camera;

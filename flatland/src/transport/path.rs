@@ -1,5 +1,5 @@
-//! The path tracer, in numbers that may carry derivatives: emitter sampling and scattering-function sampling at every
-//! surface, combined by the balance heuristic (Veach and Guibas 1995).
+//! Path tracer over numbers that may carry derivatives: emitter sampling and scattering-function sampling at
+//! every surface, combined by the balance heuristic (Veach and Guibas 1995).
 
 use glam::DVec2;
 use rayon::prelude::*;
@@ -11,18 +11,17 @@ use crate::calculus::{Number, Vec2};
 use crate::moments::Moments;
 use crate::random::{Stream, open01, stream};
 
-/// How paths end.
+/// Termination of paths.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Paths {
-    /// The largest number of times that light is scattered: 0 for emitters seen directly, 1 for
-    /// direct light, and so on.
+    /// Largest number of scattering events: 0 for directly visible emitters, 1 for direct light, and so on.
     pub bounces: usize,
-    /// From this many bounces on, a path survives each with the probability ρ + s of its surface, at
-    /// least [`LEAST_SURVIVAL`].
+    /// Number of bounces from which a path survives each with the probability ρ + s of its surface, at least
+    /// [`LEAST_SURVIVAL`].
     pub roulette_after: usize,
 }
 
-/// The least probability with which Russian roulette lets a path go on.
+/// Least survival probability of Russian roulette.
 pub const LEAST_SURVIVAL: f64 = 0.25;
 
 impl Default for Paths {
@@ -31,48 +30,48 @@ impl Default for Paths {
     }
 }
 
-/// An image that cannot be traced.
+/// Reason why an image cannot be traced.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImageError {
     /// The camera cannot be used.
     #[error(transparent)]
     Camera(#[from] CameraError),
-    /// No samples were asked for.
+    /// No samples were requested.
     #[error("at least one sample per pixel is needed")]
     NoSamples,
 }
 
-/// What else than the value a path is traced for.
+/// Quantities whose derivatives are computed along a path.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct ActiveParameters {
-    /// Whether anything moves.
+    /// Whether any geometry moves.
     pub(crate) geometry: bool,
-    /// Whether materials change. A black surface then scatters nothing, but might.
+    /// Whether materials change. A black surface then must be followed.
     pub(crate) materials: bool,
 }
 
-/// Where a path goes on: along a ray (o, ω), and what it sees there.
+/// Continuation of a path: a ray (o, ω), and its hit.
 struct Onwards<T> {
     ray: [Vec2<T>; 2],
     seen: Option<Hit>,
-    /// What the radiance that arrives is multiplied by.
+    /// Throughput: factor on the incoming radiance.
     throughput: T,
 }
 
-/// A direction in which a surface is seen that may emit.
+/// A direction in which a possibly emitting surface is seen.
 struct Light {
     direction: DVec2,
     segment: usize,
-    /// The density with which emitter sampling draws the direction.
+    /// Density with which emitter sampling draws the direction.
     density: f64,
-    /// The probability with which Russian roulette let the path look there.
+    /// Survival probability with which the path reached this direction.
     survival: f64,
 }
 
 impl Paths {
-    /// One sample of the radiance along a ray (o, ω) that is known to see `seen`, in numbers that may carry derivatives,
-    /// and the number of rays it took.
+    /// One sample of the radiance along a ray (o, ω) with the known hit `seen`, over numbers that may carry
+    /// derivatives, and the number of rays.
     pub(crate) fn radiance<C: Calculus>(
         &self,
         world: &World,
@@ -131,7 +130,7 @@ impl Paths {
         (total, rays)
     }
 
-    /// The same without derivatives.
+    /// [`radiance`](Self::radiance) without derivatives.
     pub(crate) fn still_radiance(
         &self,
         world: &World,
@@ -144,7 +143,7 @@ impl Paths {
         self.radiance(world, &mut Plain { world }, ray, seen, rng)
     }
 
-    /// What the film receives at u, without derivatives.
+    /// Radiance at the film coordinate u, without derivatives.
     pub(crate) fn film_radiance(
         &self,
         world: &World,
@@ -156,7 +155,7 @@ impl Paths {
         self.still_radiance(world, origin, direction, world.trace(origin, direction), rng)
     }
 
-    /// A direction drawn by the scattering function, and the probability with which Russian roulette let it through.
+    /// A direction sampled from the scattering function, and its Russian roulette survival probability.
     fn continuation<T>(&self, point: &Bounce<T>, rng: &mut Stream) -> Option<(DVec2, f64)> {
         let direction = point.still.sample([open01(rng), open01(rng)]);
         let albedo = point.still.material.albedo();
@@ -165,11 +164,11 @@ impl Paths {
         goes_on.then_some((direction, survival))
     }
 
-    /// The image, from `samples` paths a pixel: mean and standard error of every pixel. The error from a
+    /// The image, from `samples` paths per pixel: mean and standard error of every pixel. The error of a
     /// single sample is NaN.
     ///
     /// # Errors
-    /// An [`ImageError`] if the camera cannot be used or no samples were asked for.
+    /// An [`ImageError`] if the camera is invalid or no samples were requested.
     pub fn image(
         &self,
         world: &World,
@@ -197,13 +196,13 @@ impl Paths {
     }
 }
 
-/// The stream of one path of one pixel: the primal's, and the gradients' for the same path.
+/// The stream of one path of one pixel, used by the primal and by gradients.
 pub(crate) fn path_stream(seed: u64, pixel: usize, sample: usize) -> Stream {
     stream(seed, &[pixel as u64, sample as u64])
 }
 
 impl<T: Number> Onwards<T> {
-    /// The path's next ray, by the scattering function: f cos φ J/p.
+    /// The path's next ray, sampled from the scattering function: f cos φ J/p.
     fn onwards<C: Calculus<Number = T>>(
         &self,
         calculus: &mut C,
@@ -221,7 +220,7 @@ impl<T: Number> Onwards<T> {
 }
 
 impl Light {
-    /// What a surface scatters of it: f cos φ L J/p, with p the density of both strategies together.
+    /// Its light scattered by a surface: f cos φ L J/p, with p the density of both strategies together.
     fn scattered<C: Calculus>(&self, calculus: &mut C, point: &Bounce<C::Number>) -> C::Number {
         let emission = calculus.material(self.segment).emission;
         if emission.value() == 0.0 && emission.is_still() {

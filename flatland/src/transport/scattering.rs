@@ -1,4 +1,4 @@
-//! Scattering at a surface, in numbers that may carry derivatives: its value, its sampling, and its density.
+//! Scattering at a surface, over numbers that may carry derivatives: value, sampling, and density.
 
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI};
 
@@ -7,9 +7,9 @@ use glam::DVec2;
 use super::{Gloss, Material};
 use crate::calculus::{Number, Vec2};
 
-/// The part of the diffuse samples that is uniform over the half circle. Drawn by the cosine alone,
-/// the slope of the cosine, divided by the density, would have infinite variance at grazing angles:
-/// ∫ (sin φ/cos φ)² cos φ dφ diverges.
+/// Fraction of the diffuse samples that is uniform over the half circle. With cosine sampling alone, the
+/// slope of the cosine divided by the density would have infinite variance at grazing angles: ∫ (sin φ/cos
+/// φ)² cos φ dφ diverges.
 const DEFENSIVE: f64 = 0.1;
 
 /// A surface seen from a direction.
@@ -23,7 +23,7 @@ pub(crate) struct Scattering<T> {
 }
 
 impl<T: Number> Scattering<T> {
-    /// Of a unit normal on either side and the unit direction ω_o.
+    /// From a unit normal on either side and the unit direction ω_o.
     pub(crate) fn new(material: Material<T>, normal: Vec2<T>, outgoing: Vec2<T>) -> Self {
         let normal = if normal.dot(outgoing).value() < 0.0 { -normal } else { normal };
         let mirror = normal * (normal.dot(outgoing) * 2.0) - outgoing;
@@ -40,7 +40,8 @@ impl<T: Number> Scattering<T> {
         self.normal.dot(incoming).positive() * function
     }
 
-    /// The density over directions of [`sample`](Scattering::sample). The choice between its parts carries no derivative.
+    /// Density over directions of [`sample`](Scattering::sample). The choice between its parts carries no
+    /// derivative.
     pub(crate) fn density(&self, incoming: Vec2<T>) -> T {
         let glossy = self.glossy_part();
         let cosine = self.normal.dot(incoming);
@@ -61,7 +62,7 @@ impl<T: Number> Scattering<T> {
         gloss.density_at_chord(chord.dot(chord) * 0.25)
     }
 
-    /// The probability of drawing from the lobe.
+    /// Probability of sampling the lobe.
     fn glossy_part(&self) -> f64 {
         let strength = self.material.gloss.map_or(0.0, |g| g.strength.value());
         if strength > 0.0 { strength / (self.material.reflectance.value() + strength) } else { 0.0 }
@@ -69,8 +70,8 @@ impl<T: Number> Scattering<T> {
 }
 
 impl Scattering<f64> {
-    /// A direction ω_i from two uniform numbers. It may lie below the surface, where a part of the
-    /// lobe is lost.
+    /// A direction ω_i from two uniform numbers. It may be below the surface, where a part of the lobe is
+    /// lost.
     pub(crate) fn sample(&self, [which, xi]: [f64; 2]) -> DVec2 {
         let glossy = self.glossy_part();
         if let Some(gloss) = self.material.gloss.filter(|_| which < glossy) {
@@ -112,7 +113,7 @@ mod tests {
             let s = Scattering::new(material, unit(0.3), unit(1.1));
             let mut rng = stream(1, &[]);
             let n = 200_000;
-            // Any function of the direction will do: its mean by sampling, and by quadrature.
+            // Test function of the direction: its mean by sampling, and by quadrature.
             let g = |w: DVec2| (w.x + 0.3 * w.y).powi(2);
             let mean = (0..n).map(|_| g(s.sample([open01(&mut rng), open01(&mut rng)]))).sum::<f64>();
             let m = 20_000;

@@ -1,10 +1,10 @@
-//! What is seen on either side of a vertex.
+//! Hits on either side of a vertex.
 
 use super::fields::is_visible;
 use super::{Hit, Origin, World};
 
-/// What a ray sees just before the direction of a vertex, and just after, as angles grow; `None` if
-/// the vertex is hidden.
+/// Hits of a ray just before the direction of a vertex, and just after, in order of increasing angle; `None`
+/// if the vertex is hidden.
 ///
 /// The limits are exact: no ray is displaced.
 pub(crate) fn both_sides(world: &World, origin: Origin, vertex: usize) -> Option<[Option<Hit>; 2]> {

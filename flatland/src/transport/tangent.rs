@@ -1,4 +1,4 @@
-//! How a world and its camera depend on a parameter θ; gradients have the same shape.
+//! Tangents: rates of a world and its camera by a parameter θ; gradients have the same type.
 
 use std::ops::{Add, AddAssign, Mul};
 
@@ -6,47 +6,46 @@ use glam::DVec2;
 
 use super::{Camera, CameraTangent, Material, Shape, World, WorldError};
 
-/// A rate of change of every parameter there is: as the direction θ of a derivative, or as a
-/// gradient.
+/// A rate of every parameter: the direction of a derivative, or a gradient.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tangent {
-    /// Of every vertex.
+    /// Velocity of every vertex.
     pub vertices: Vec<DVec2>,
-    /// Of every shape's material.
+    /// Rates of every shape's material.
     pub materials: Vec<MaterialTangent>,
-    /// Of the environment's radiance.
+    /// Rate of the environment's radiance.
     pub environment: f64,
-    /// Of the camera.
+    /// Rates of the camera.
     pub camera: CameraTangent,
 }
 
-/// A rate of change of a [`Material`]'s parameters.
+/// Rates of a [`Material`]'s parameters.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MaterialTangent {
-    /// Of ρ.
+    /// Rate of ρ.
     pub reflectance: f64,
-    /// Of the emitted radiance.
+    /// Rate of the emitted radiance.
     pub emission: f64,
-    /// Of the gloss strength s; ignored by a material without gloss.
+    /// Rate of the gloss strength s; ignored by a material without gloss.
     pub gloss_strength: f64,
-    /// Of the gloss width w; ignored by a material without gloss.
+    /// Rate of the gloss width w; ignored by a material without gloss.
     pub gloss_width: f64,
 }
 
-/// The part of a derivative due to each term of it. Their sum is the derivative; each alone has a
-/// value that no choice of the warp field can change.
+/// A derivative separated into its terms. Their sum is the derivative; the value of each is independent of
+/// the choice of the warp field.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Terms<T> {
     /// ∫ ∂f/∂θ at fixed film coordinates and fixed directions.
     pub interior: T,
-    /// Of jumps over the film: the boundary integral of primary visibility.
+    /// Discontinuities over the film: the boundary integral of primary visibility.
     pub primary: T,
-    /// Of jumps over the directions at a surface: shadows and everything seen by reflection.
+    /// Discontinuities over the directions at a surface: shadows and reflections.
     pub secondary: T,
 }
 
 impl<T> Terms<T> {
-    /// The same of every term.
+    /// Maps every term.
     pub fn map<U>(self, mut f: impl FnMut(T) -> U) -> Terms<U> {
         Terms { interior: f(self.interior), primary: f(self.primary), secondary: f(self.secondary) }
     }
@@ -82,37 +81,37 @@ impl Mul<f64> for Terms<f64> {
     }
 }
 
-/// A change that does not fit its world.
+/// Reason why a tangent does not fit its world.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TangentError {
-    /// The change has another number of vertices or shapes than the world.
+    /// The tangent has another number of vertices or shapes than the world.
     #[error("a change of {vertices} vertices and {shapes} shapes for a world of {expected:?}")]
     Size {
-        /// Vertices of the change.
+        /// Number of vertices of the tangent.
         vertices: usize,
-        /// Shapes of the change.
+        /// Number of shapes of the tangent.
         shapes: usize,
-        /// Vertices and shapes of the world.
+        /// Numbers of vertices and shapes of the world.
         expected: (usize, usize),
     },
     /// A rate that is NaN or infinite.
     #[error("a rate of the change is not finite: {what}")]
     NotFinite {
-        /// Which.
+        /// Name of the rate.
         what: String,
     },
 }
 
 impl World {
-    /// The world in which everything has changed by `theta` times a change, linearly. The camera's
-    /// part is for [`Tangent::camera`].
+    /// The world with all parameters changed linearly by `theta` times a tangent. For the camera see
+    /// [`Tangent::displaced_camera`].
     ///
     /// # Errors
-    /// A [`WorldError`] where that is no world.
+    /// A [`WorldError`] if the result is invalid.
     ///
     /// # Panics
-    /// If the change was made for another world.
+    /// If the tangent belongs to another world.
     pub fn displaced(&self, change: &Tangent, theta: f64) -> Result<Self, WorldError> {
         let displaced = |(i, shape): (usize, &Shape)| {
             let velocities = &change.vertices[self.vertices_of(i)];
@@ -127,7 +126,7 @@ impl World {
 }
 
 impl Tangent {
-    /// No change of a world.
+    /// The zero tangent of a world.
     #[must_use]
     pub fn none(world: &World) -> Self {
         Self {
@@ -137,7 +136,7 @@ impl Tangent {
         }
     }
 
-    /// p(θ) = p + θ direction for every vertex of some shapes.
+    /// p(θ) = p + θ direction for every vertex of the given shapes.
     ///
     /// # Panics
     /// If the world has no such shape.
@@ -146,7 +145,7 @@ impl Tangent {
         Self::moving(world, shapes, |_| direction)
     }
 
-    /// Rotation of some shapes by θ radians about `centre`, from +x towards +y, to first order.
+    /// Rotation of the given shapes by θ radians about `centre`, from +x towards +y, to first order.
     ///
     /// # Panics
     /// If the world has no such shape.
@@ -155,7 +154,7 @@ impl Tangent {
         Self::moving(world, shapes, |p| (p - centre).perp())
     }
 
-    /// p(θ) = centre + (1 + θ)(p − centre) for every vertex of some shapes.
+    /// p(θ) = centre + (1 + θ)(p − centre) for every vertex of the given shapes.
     ///
     /// # Panics
     /// If the world has no such shape.
@@ -164,7 +163,7 @@ impl Tangent {
         Self::moving(world, shapes, |p| p - centre)
     }
 
-    /// A velocity for every vertex of some shapes.
+    /// A velocity for every vertex of the given shapes.
     ///
     /// # Panics
     /// If the world has no such shape.
@@ -183,26 +182,26 @@ impl Tangent {
         this
     }
 
-    /// A change of the camera alone.
+    /// A tangent of the camera alone.
     #[must_use]
     pub fn of_camera(world: &World, camera: CameraTangent) -> Self {
         Self { camera, ..Self::none(world) }
     }
 
-    /// Both changes at once.
+    /// The sum of two tangents.
     ///
     /// # Panics
-    /// If they are of different worlds.
+    /// If they belong to different worlds.
     #[must_use]
     pub fn and(mut self, other: &Self) -> Self {
         self.add(1.0, other);
         self
     }
 
-    /// Adds `factor` times another.
+    /// Adds `factor` times another tangent.
     ///
     /// # Panics
-    /// If they are of different worlds.
+    /// If they belong to different worlds.
     pub fn add(&mut self, factor: f64, other: &Self) {
         assert_eq!(self.vertices.len(), other.vertices.len(), "changes of different worlds");
         assert_eq!(self.materials.len(), other.materials.len(), "changes of different worlds");
@@ -212,10 +211,10 @@ impl Tangent {
         self.camera.add(factor, &other.camera);
     }
 
-    /// Σ over all parameters of the products.
+    /// Sum of products of all rates.
     ///
     /// # Panics
-    /// If they are of different worlds.
+    /// If they belong to different worlds.
     #[must_use]
     pub fn dot(&self, other: &Self) -> f64 {
         assert_eq!(self.vertices.len(), other.vertices.len(), "changes of different worlds");
@@ -235,7 +234,7 @@ impl Tangent {
             .chain(self.camera.to_array())
     }
 
-    /// Of rates in the order of [`values`](Self::values); those that are missing are 0.
+    /// From rates in the order of [`values`](Self::values); missing ones are 0.
     #[must_use]
     pub(crate) fn of_values(world: &World, values: impl IntoIterator<Item = f64>) -> Self {
         let mut values = values.into_iter();
@@ -255,13 +254,13 @@ impl Tangent {
         Self { vertices, materials, environment, camera }
     }
 
-    /// Whether anything moves. If nothing does, no auxiliary ray is traced.
+    /// Whether any geometry moves. Otherwise no auxiliary ray is traced.
     #[must_use]
     pub fn is_geometric(&self) -> bool {
         self.vertices.iter().any(|v| *v != DVec2::ZERO) || self.camera != CameraTangent::default()
     }
 
-    /// The camera changed by `theta` times this.
+    /// The camera changed by `theta` times this tangent.
     #[must_use]
     pub fn displaced_camera(&self, camera: &Camera, theta: f64) -> Camera {
         Camera {
@@ -272,10 +271,10 @@ impl Tangent {
         }
     }
 
-    /// Checks that it fits a world.
+    /// Checks that the tangent fits a world.
     ///
     /// # Errors
-    /// A [`TangentError`] that says what does not.
+    /// A [`TangentError`] that names the mismatch.
     pub fn check(&self, world: &World) -> Result<(), TangentError> {
         let expected = (world.vertex_count(), world.shapes().len());
         let (vertices, shapes) = (self.vertices.len(), self.materials.len());
@@ -296,26 +295,26 @@ impl Tangent {
     }
 }
 
-/// Parameters that belong together.
+/// A group of parameters.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Parameters {
     /// The coordinates of a vertex.
     Vertex(usize),
-    /// Those of a shape's material, in the order of a [`MaterialTangent`].
+    /// Parameters of a shape's material, in the order of a [`MaterialTangent`].
     Material(usize),
     /// The environment's radiance.
     Environment,
-    /// Those of the camera, in the order of a [`CameraTangent`].
+    /// Parameters of the camera, in the order of a [`CameraTangent`].
     Camera,
 }
 
 impl Parameters {
-    /// How many there are of all kinds.
+    /// Number of parameters of all groups.
     pub(crate) fn count(world: &World) -> usize {
         Self::Camera.first(world) + 4
     }
 
-    /// The place of the first of them in the order of [`Tangent::values`].
+    /// Index of the first of them in the order of [`Tangent::values`].
     pub(crate) fn first(self, world: &World) -> usize {
         let materials = 2 * world.vertex_count();
         let environment = materials + 4 * world.shapes().len();
@@ -328,11 +327,11 @@ impl Parameters {
     }
 }
 
-/// What one sample of dI/dθ takes, term by term, from the rate of one parameter: forward mode multiplies, reverse mode
-/// scatters, and each is the other's transpose by construction.
+/// Derivative of one sample of dI/dθ, term by term, by the rate of one parameter: forward mode multiplies,
+/// reverse mode scatters, and each is the transpose of the other by construction.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Covector {
-    /// Its place in the order of [`Tangent::values`].
+    /// Its index in the order of [`Tangent::values`].
     pub(crate) parameter: usize,
     pub(crate) terms: Terms<f64>,
 }
@@ -344,7 +343,7 @@ impl MaterialTangent {
         [self.reflectance, self.emission, self.gloss_strength, self.gloss_width]
     }
 
-    /// Σ of the products.
+    /// Sum of the products.
     #[must_use]
     pub fn dot(&self, other: &Self) -> f64 {
         self.to_array().into_iter().zip(other.to_array()).map(|(a, b)| a * b).sum()

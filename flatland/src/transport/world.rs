@@ -1,4 +1,4 @@
-//! Flat worlds: polylines and polygons that reflect and emit, and what a ray in them hits.
+//! Flat worlds: reflecting and emitting polylines and polygons, with ray queries.
 
 mod error;
 
@@ -42,13 +42,13 @@ impl Shape {
         self.closed
     }
 
-    /// The surface.
+    /// The material.
     #[must_use]
     pub fn material(&self) -> &Material {
         &self.material
     }
 
-    /// The number of segments.
+    /// Number of segments.
     fn segments(&self) -> usize {
         self.points.len() - usize::from(!self.closed)
     }
@@ -57,15 +57,15 @@ impl Shape {
 /// A segment of a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Segment {
-    /// The shape it belongs to.
+    /// Index of its shape.
     pub shape: usize,
-    /// Its end points, numbered through the whole world.
+    /// Indices of its end points in the whole world.
     pub vertices: [usize; 2],
     /// The first end point.
     pub start: DVec2,
     /// The second end point.
     pub end: DVec2,
-    /// From the first end point to the second, rounded.
+    /// Vector from the first end point to the second, rounded.
     pub edge: DVec2,
 }
 
@@ -73,7 +73,7 @@ impl Segment {
     /// The point at the parameter s ∈ [0, 1].
     #[must_use]
     pub fn at(&self, s: f64) -> DVec2 {
-        // From the nearer end, so that both ends come out exactly.
+        // From the nearer end, so that both ends are exact.
         if s <= 0.5 { self.start + s * self.edge } else { self.end - (1.0 - s) * self.edge }
     }
 
@@ -83,7 +83,7 @@ impl Segment {
         [self.start, self.end]
     }
 
-    /// The unit normal, the edge's direction turned from +x towards +y by a right angle.
+    /// The unit normal: the edge's direction rotated from +x towards +y by a right angle.
     #[must_use]
     pub fn normal(&self) -> DVec2 {
         self.edge.normalize().perp()
@@ -95,8 +95,7 @@ impl Segment {
         MaterialPoint::on_edge(self.vertices, s)
     }
 
-    /// The covectors of both end points' velocities in the rate, in radians, at which the segment
-    /// turns: (e × ė)/|e|².
+    /// Covectors of both end points' velocities in the segment's rotation rate, in radians: (e × ė)/|e|².
     #[must_use]
     pub(crate) fn turning_rate(&self) -> [DVec2; 2] {
         let covector = self.edge.perp() / self.edge.length_squared();
@@ -104,24 +103,24 @@ impl Segment {
     }
 }
 
-/// Where a ray starts: a point in the open, or a point of a segment, which the ray then cannot hit.
+/// Start of a ray: a free point, or a point of a segment, which the ray then cannot hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Origin {
     /// The point.
     pub point: DVec2,
-    /// The segment it lies on.
+    /// The segment that contains it, if any.
     pub segment: Option<usize>,
 }
 
 impl Origin {
-    /// A point in the open.
+    /// A point that is not on a segment.
     #[must_use]
     pub fn free(point: DVec2) -> Self {
         Self { point, segment: None }
     }
 }
 
-/// Where a ray meets the world.
+/// Intersection of a ray with the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// The segment.
@@ -137,9 +136,9 @@ pub struct Hit {
 pub struct World {
     environment: f64,
     shapes: Vec<Shape>,
-    /// The first vertex of each shape, and at the end the number of vertices.
+    /// First vertex of each shape, followed by the number of vertices.
     first_vertex: Vec<usize>,
-    /// The first segment of each shape, and at the end the number of segments.
+    /// First segment of each shape, followed by the number of segments.
     first_segment: Vec<usize>,
     segments: Vec<Segment>,
     tree: BoxTree,
@@ -147,6 +146,8 @@ pub struct World {
 }
 
 impl World {
+    /// Builds a world from its shapes.
+    ///
     /// # Errors
     /// A [`WorldError`] that names the shape.
     pub fn new(environment: f64, shapes: Vec<Shape>) -> Result<Self, WorldError> {
@@ -192,7 +193,7 @@ impl World {
         &self.shapes
     }
 
-    /// All segments, shape after shape.
+    /// All segments, shape by shape.
     #[must_use]
     pub fn segments(&self) -> &[Segment] {
         &self.segments
@@ -210,12 +211,12 @@ impl World {
         self.first_vertex[self.shapes.len()]
     }
 
-    /// All vertices, shape after shape.
+    /// All vertices, shape by shape.
     pub fn vertices(&self) -> impl Iterator<Item = DVec2> + '_ {
         self.shapes.iter().flat_map(|s| s.points.iter().copied())
     }
 
-    /// The vertices of a shape, numbered through the whole world.
+    /// Vertices of a shape, by index in the whole world.
     ///
     /// # Panics
     /// If the world has no such shape.
@@ -224,7 +225,7 @@ impl World {
         self.first_vertex[shape]..self.first_vertex[shape + 1]
     }
 
-    /// The point of a vertex.
+    /// Position of a vertex.
     ///
     /// # Panics
     /// If the world has no such vertex.
@@ -257,16 +258,16 @@ impl World {
         &self.shapes[self.segments[segment].shape].material
     }
 
-    /// The nearest point of the world along a unit direction.
+    /// The nearest hit along a unit direction.
     ///
-    /// Watertight: whether a segment is to the left or the right of the ray is decided per end
-    /// point, the same for both segments that share it.
+    /// Watertight: whether a segment is to the left or the right of the ray is decided per end point, equally
+    /// for both segments that share it.
     #[must_use]
     pub fn trace(&self, origin: Origin, direction: DVec2) -> Option<Hit> {
         self.trace_unless(origin, direction, |_| false)
     }
 
-    /// The nearest point along a unit direction on segments that do not end at a vertex.
+    /// The nearest hit along a unit direction on segments that do not end at a vertex.
     pub(crate) fn trace_past(&self, origin: Origin, direction: DVec2, vertex: usize) -> Option<Hit> {
         self.trace_unless(origin, direction, |i| self.segments[i].vertices.contains(&vertex))
     }
@@ -340,20 +341,20 @@ fn check_shape(shape: usize, content: &Shape) -> Result<(), WorldError> {
     content.material.check().map_err(|what| WorldError::Material { shape, what })
 }
 
-/// Whether two segments have more in common than the vertex they share.
+/// Whether two segments share more than a common vertex.
 fn do_meet(first: &Segment, second: &Segment) -> bool {
     let (a, b) = (first.ends(), second.ends());
     if !Meeting::of(a, b).is_none() {
         return true;
     }
-    // Coincident end points that are not one vertex; and consecutive segments that fold back fully.
+    // Coincident end points of different vertices; and consecutive segments that fold back completely.
     let coincide = |i: usize, j: usize| a[i] == b[j] && first.vertices[i] != second.vertices[j];
     let pairs = [(0, 0), (0, 1), (1, 0), (1, 1)];
     let shared = pairs.into_iter().filter(|&(i, j)| a[i] == b[j]).count();
     shared > 1 || pairs.into_iter().any(|(i, j)| coincide(i, j))
 }
 
-/// The parameter and the distance at which a ray meets a segment.
+/// Parameter and distance at which a ray meets a segment.
 fn meet(segment: &Segment, origin: DVec2, direction: DVec2) -> Option<(f64, f64)> {
     let [a, b] = segment.ends().map(|p| p - origin);
     let (left, right) = (direction.perp_dot(a), direction.perp_dot(b));
@@ -361,7 +362,7 @@ fn meet(segment: &Segment, origin: DVec2, direction: DVec2) -> Option<(f64, f64)
         return None;
     }
     let s = left / (left - right);
-    // The height of the origin over the segment's line, over the sine between line and ray.
+    // Height of the origin over the segment's line, divided by the sine between line and ray.
     let distance = a.perp_dot(segment.edge) / direction.perp_dot(segment.edge);
     (distance > 0.0).then_some((s, distance))
 }

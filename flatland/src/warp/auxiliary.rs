@@ -1,18 +1,18 @@
-//! Patterns of auxiliary points.
+//! Sampling patterns of auxiliary points.
 
 use rand::{Rng, RngExt};
 
 use super::domain::{Domain, Draw};
 use crate::random::open01;
 
-/// How the auxiliary points of one estimate are arranged. Each alone has the kernel's density,
+/// Sampling pattern of the auxiliary points of one estimate. Each point alone has the kernel's density,
 /// whatever the pattern.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AuxiliaryPoints {
     /// Independent points.
     Independent,
-    /// Pairs u ± δ (line, plane) or reflections through u (circle, sphere): the odd part of ∇w cancels.
-    /// An odd number of points leaves the last one alone.
+    /// Pairs u ± δ (line, plane) or reflections through u (circle, sphere): the odd part of ∇w cancels. With
+    /// an odd number of points the last one is unpaired.
     #[default]
     Antithetic,
     /// Antithetic pairs in a Latin hypercube: radii and angles of the pairs fill equal strata.
@@ -20,7 +20,7 @@ pub enum AuxiliaryPoints {
 }
 
 impl AuxiliaryPoints {
-    /// How many of the points of a batch are drawn jointly: 1, a pair, or the whole batch.
+    /// Number of a batch's points that are drawn jointly: 1, a pair, or the whole batch.
     pub(super) fn unit(self, batch: usize) -> usize {
         match self {
             Self::Independent => 1,
@@ -29,7 +29,7 @@ impl AuxiliaryPoints {
         }
     }
 
-    /// Draws `count` points around u into `draws`, after what is already there.
+    /// Draws `count` points around u and appends them to `draws`.
     pub(super) fn draw<D: Domain>(
         self,
         u: D::Vector,
@@ -54,15 +54,15 @@ impl AuxiliaryPoints {
                 }
             }
             Self::Stratified => {
-                // Both orders are random: with an odd count the last point is alone, and must not
-                // always come from the same stratum.
+                // Both orders are random: with an odd count the last point is unpaired, and must not always
+                // come from the same stratum.
                 let (radii, angles) = (permutation(pairs, rng), permutation(pairs, rng));
                 let width = 1.0 / pairs as f64;
                 for (i, (radius, angle)) in radii.into_iter().zip(angles).enumerate() {
                     let radius = (radius as f64 + open01(rng)) * width;
-                    // Pairs need only half a turn.
+                    // Pairs need only half a rotation.
                     let half_turn = (angle as f64 + open01(rng)) * width * 0.5;
-                    // Which of the two comes first must be fair where only one is used.
+                    // The order within a pair must be fair if only one point is used.
                     let angle = half_turn + if rng.random() { 0.5 } else { 0.0 };
                     let draw = D::draw(u, kappa, radial_exponent, [radius, angle]);
                     push_pair::<D>(u, draw, 2 * i + 1 < count, draws);
@@ -106,7 +106,7 @@ mod tests {
                 points.draw::<Plane>(DVec2::X, 5.0, 1.0, 9, &mut rng, &mut draws);
             }
             assert_eq!(draws.len(), 180_000);
-            // x is exponential with mean 1, and directions have no preference.
+            // x is exponential with mean 1, and directions are uniform.
             let n = draws.len() as f64;
             assert!((draws.iter().map(|d| d.exponent).sum::<f64>() / n - 1.0).abs() < 0.015, "{points:?}");
             let drift = draws.iter().map(|d| d.tangent).sum::<DVec2>() / n;

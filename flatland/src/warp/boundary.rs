@@ -1,12 +1,11 @@
-//! Boundary functions B: how the distance to the nearest jump becomes a weight.
+//! Boundary functions B, which map the distance to the nearest discontinuity to a weight.
 
-/// B(s) of the distance s from an auxiliary hit to the end of what it hit. B is 0 at the end and
-/// 1 far from it.
+/// B(s) of the distance s from an auxiliary hit to the end of the object hit: 0 at the end and 1 far from it.
 ///
-/// The quadratic one is the default: w = (D + B)^−γ is then a power of a quadratic form around a
-/// boundary, alike at all scales, and a strip of width s about it takes only s⁻² rays to resolve
-/// instead of s⁻³. Those scaled by the scene are what existing renderers use, kept by name for the
-/// comparison: blind to κ, their bias at a fixed number of rays depends on the scale of the scene.
+/// The quadratic one is the default: w = (D + B)^−γ is then a power of a quadratic form around a boundary,
+/// equal at all scales, and a strip of width s about it takes only s⁻² rays to resolve instead of s⁻³. Those
+/// scaled by the scene are used by existing renderers and provided for comparison: as they do not depend on
+/// κ, their bias at a fixed number of rays depends on the scale of the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BoundaryFunction {
     /// min(1, c s √κ): the distance in units of the kernel's width. Linear, p = 1.
@@ -14,20 +13,19 @@ pub enum BoundaryFunction {
         /// c; 0.6 keeps the bias of 16 rays smallest at γ = 3.
         scale: f64,
     },
-    /// min(1, c s): the distance in the scene's own unit, as the edge distance of Bangaru et al.
-    /// (2020) and, with p = 1 at a smooth silhouette, Mitsuba's (n·d)². Linear, p = 1.
+    /// min(1, c s): the distance in the scene's unit, as the edge distance of Bangaru et al. (2020) and, with
+    /// p = 1 at a smooth silhouette, Mitsuba's (n·d)². Linear, p = 1.
     SceneScaled {
         /// c, per unit of length.
         scale: f64,
     },
-    /// min(1, √(c s)): what |n·d| is near a smooth silhouette. p = 1/2, so it needs γ ≥ 5/2 in two
+    /// min(1, √(c s)), as |n·d| behaves near a smooth silhouette. p = 1/2, so it requires γ ≥ 5/2 in two
     /// dimensions.
     Grazing {
         /// c, per unit of length.
         scale: f64,
     },
-    /// min(1, (c s √κ)²): quadratic, p = 2, in units of the kernel's width. Admits γ > 1 in two
-    /// dimensions.
+    /// min(1, (c s √κ)²): quadratic, p = 2, in units of the kernel's width. Allows γ > 1 in two dimensions.
     KernelScaledSquared {
         /// c; between 0.1 and 0.6 the variance of the unbiased estimate hardly changes.
         scale: f64,
@@ -41,7 +39,7 @@ impl Default for BoundaryFunction {
 }
 
 impl BoundaryFunction {
-    /// B at distance `distance`, for a kernel of concentration `kappa`.
+    /// B at `distance`, for a kernel of concentration `kappa`.
     #[must_use]
     pub fn value(self, distance: f64, kappa: f64) -> f64 {
         let relative = distance / self.reach(kappa);
@@ -52,7 +50,7 @@ impl BoundaryFunction {
         }
     }
 
-    /// The distance from which on B = 1: nothing beyond need be searched.
+    /// Distance from which B = 1: nothing beyond it need be searched.
     #[must_use]
     pub fn reach(self, kappa: f64) -> f64 {
         match self {

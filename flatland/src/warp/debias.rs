@@ -1,12 +1,12 @@
-//! What to do about the bias of a quotient of two means (Theory 4).
+//! Debiasing of a quotient of two means (Theory 4).
 
 use rand::Rng;
 
 use crate::random::open01;
 
-/// How a finite number of auxiliary rays becomes an estimate of (V, ∇·V).
+/// Scheme that turns a finite number of auxiliary rays into an estimate of (V, ∇·V).
 ///
-/// X(m) below is the quotient estimate from m rays. Its bias falls as 1/m. All three are linear in
+/// X(m) below is the quotient estimate from m rays. Its bias falls as 1/m. All three schemes are linear in
 /// the V_i.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Debias {
@@ -15,32 +15,32 @@ pub enum Debias {
         /// Auxiliary rays per estimate.
         rays: usize,
     },
-    /// X_1 + Σ (X_{k+1} − X_k)/P(K > k) over 1 ≤ k < K, with X_k = X(k · rays) from the first k
-    /// batches and P(K > k) = (k + 1)^−tail: the paper's (Rhee and Glynn 2015), untruncated.
+    /// X_1 + Σ (X_{k+1} − X_k)/P(K > k) over 1 ≤ k < K, with X_k = X(k · rays) from the first k batches and
+    /// P(K > k) = (k + 1)^−tail: the published scheme (Rhee and Glynn 2015), untruncated.
     ///
     /// Unbiased. The expected number of rays is finite for tail > 1, the variance only for tail < 1: no tail
-    /// has both, and errors fall more slowly than n^−½ (Theory 4). [`Multilevel`](Self::Multilevel) is the
-    /// cure.
+    /// has both properties, and errors fall more slowly than n^−½ (Theory 4). Prefer
+    /// [`Multilevel`](Self::Multilevel).
     RussianRoulette {
         /// Auxiliary rays in a batch.
         rays: usize,
-        /// The exponent of the tail of K.
+        /// Exponent of the tail of K.
         tail: f64,
     },
-    /// X(rays), plus for each level l up to a random L the difference Δ_l = X(2m) − mean of X(m)
-    /// over halves, m = 2ˡ⁻¹ `rays`, divided by P(L ≥ l) = `first` · `ratio`^(l−1) (Blanchet and
-    /// Glynn 2015, in the coupled-sum form of Rhee and Glynn 2015). All rays serve all levels.
+    /// X(rays), plus for each level l up to a random L the difference Δ_l = X(2m) − mean of X(m) over halves,
+    /// m = 2ˡ⁻¹ `rays`, divided by P(L ≥ l) = `first` · `ratio`^(l−1) (Blanchet and Glynn 2015, in the
+    /// coupled-sum form of Rhee and Glynn 2015). All rays serve all levels.
     ///
     /// Δ_l is averaged over up to 15 splits, along the rows of a Hadamard matrix. In blocks of up to 16 pairs
     /// every two are then together nearly as often as apart (7 times to 8), and products of two points nearly
-    /// cancel; it costs no rays.
+    /// cancel, without additional rays.
     ///
-    /// Cost is finite when ratio < 1/2. With a the radial exponent, variance is finite when `ratio` exceeds
-    /// 2^−1/(2a) for B ~ s² and γ = 3/2, and 2^−1/(3a) for B ~ s and γ = 3 (Theory 4). So it is for the
-    /// default; spread as the kernel (a = 1), points need `ratio` > 0.71 or 0.79, which no finite cost
-    /// allows. Where silhouettes of *different* motions meet in a point (n = 2) or come close (n = 1, as in
-    /// every penumbra), the variance is infinite, as that of every scheme with finite cost: errors fall a
-    /// little more slowly than n^−½, and means of short runs are too small with errors that are too small.
+    /// The cost is finite if ratio < 1/2. With a the radial exponent, the variance is finite if `ratio`
+    /// exceeds 2^−1/(2a) for B ~ s² and γ = 3/2, and 2^−1/(3a) for B ~ s and γ = 3 (Theory 4). That holds for
+    /// the default; points distributed as the kernel (a = 1) require `ratio` > 0.71 or 0.79, which no finite
+    /// cost allows. Where silhouettes of *different* motions meet in a point (n = 2) or are close (n = 1, as
+    /// in every penumbra), the variance is infinite, as for every scheme with finite cost: errors fall
+    /// slightly more slowly than n^−½, and short runs underestimate both means and errors.
     Multilevel {
         /// Auxiliary rays in a block.
         rays: usize,
@@ -58,8 +58,8 @@ impl Default for Debias {
 }
 
 impl Debias {
-    /// The expected number of auxiliary rays of one estimate, unless they are
-    /// [adaptive](super::Adaptive): then it depends on the scene.
+    /// Expected number of auxiliary rays of one estimate; with [adaptive](super::Adaptive) rays it depends on
+    /// the scene.
     #[must_use]
     pub fn expected_rays(self) -> f64 {
         match self {
@@ -78,7 +78,7 @@ impl Debias {
         !matches!(self, Self::Consistent { .. })
     }
 
-    /// What is wrong with the parameters, if anything.
+    /// Checks the parameters; returns the violation.
     pub(super) fn check(self) -> Result<(), &'static str> {
         match self {
             Self::Consistent { rays: 0 }
@@ -97,7 +97,7 @@ impl Debias {
         }
     }
 
-    /// Draws how many rays, in how many batches, one estimate takes.
+    /// Draws the number of rays and batches of one estimate.
     pub(super) fn plan(self, rng: &mut impl Rng) -> Plan {
         match self {
             Self::Consistent { rays } => Plan { rays, batches: 1 },
@@ -119,14 +119,14 @@ impl Debias {
         }
     }
 
-    /// Calls `combine` for each subset of the rays whose X enters the estimate, with its
-    /// coefficient; the coefficients sum to 1. `unit` rays are drawn jointly and stay together.
+    /// Calls `combine` for each subset of the rays whose X enters the estimate, with its coefficient; the
+    /// coefficients sum to 1. `unit` rays are drawn jointly and stay together.
     pub(super) fn combine(self, plan: Plan, unit: usize, mut combine: impl FnMut(Subset, f64)) {
         let Plan { rays, batches } = plan;
         match self {
             Self::Consistent { .. } => combine(Subset::all(0, rays * batches), 1.0),
             Self::RussianRoulette { tail, .. } => {
-                // Σ by parts: X_k enters with 1/P(K > k−1) and, unless it is the last, −1/P(K > k).
+                // Summation by parts: X_k enters with 1/P(K > k−1) and, unless it is the last, −1/P(K > k).
                 for k in 1..=batches {
                     let enters = (k as f64).powf(tail);
                     let leaves = if k < batches { (k as f64 + 1.0).powf(tail) } else { 0.0 };
@@ -153,8 +153,8 @@ impl Debias {
     }
 }
 
-/// Rays start .. end, or the half of them whose unit, counted from the start, has bits of the given
-/// parity in the mask.
+/// Rays start .. end, or the half of them whose unit, counted from the start, has bits of the given parity in
+/// the mask.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Subset {
     start: usize,
@@ -169,8 +169,8 @@ impl Subset {
         Self { start, end, unit: 1, mask: 0, parity: 0 }
     }
 
-    /// Calls `combine` for what enters `share` · Δ over `size` rays from `start`: X of all of them, less the mean
-    /// over splits of X of their halves.
+    /// Calls `combine` for the terms of `share` · Δ over `size` rays from `start`: X of all of them, less the
+    /// mean over splits of X of their halves.
     pub(super) fn difference(
         start: usize,
         size: usize,
@@ -189,7 +189,7 @@ impl Subset {
         }
     }
 
-    /// The rays in it.
+    /// Indices of the rays in it.
     pub(super) fn indices(self) -> impl Iterator<Item = usize> + Clone {
         let Self { start, end, unit, mask, parity } = self;
         (start..end)
@@ -202,12 +202,12 @@ impl Subset {
     }
 }
 
-/// How many rays one estimate takes.
+/// Number of rays of one estimate.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Plan {
     /// Rays in a batch.
     pub(super) rays: usize,
-    /// Batches.
+    /// Number of batches.
     pub(super) batches: usize,
 }
 
@@ -248,7 +248,7 @@ mod tests {
             let n = 400_000;
             let rays = |p: Plan| (p.rays * p.batches) as f64;
             let mean = (0..n).map(|_| rays(debias.plan(&mut rng))).sum::<f64>() / f64::from(n);
-            // K has infinite variance: the mean settles slowly, hence the width.
+            // K has infinite variance: the mean converges slowly, hence the tolerance.
             assert!((mean / debias.expected_rays() - 1.0).abs() < 0.05, "{debias:?} {mean}");
         }
     }

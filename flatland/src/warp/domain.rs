@@ -1,11 +1,11 @@
-//! The spaces a warp field lives on: where auxiliary points come from and what a tangent is.
+//! Domains of warp fields: sampling of auxiliary points, and tangent spaces.
 
 use std::f64::consts::TAU;
 use std::fmt::Debug;
 use std::ops::{Add, Mul, Neg, Sub};
 
 use glam::{DVec2, DVec3};
-/// What the machinery asks of a vector.
+/// Vector operations needed by the warp.
 pub trait Vector:
     Copy
     + Debug
@@ -59,11 +59,11 @@ impl Vector for f64 {
 pub struct Draw<V> {
     /// The point u'.
     pub point: V,
-    /// Its part tangent at u: u' − u on the line and in the plane, P_u u' on the circle and the sphere. In all of
-    /// them ∇_u x = −κ times this.
+    /// Its component tangent at u: u' − u on the line and in the plane, P_u u' on the circle and the sphere.
+    /// In all of them ∇_u x = −κ times this.
     pub tangent: V,
-    /// x = κ|u−u'|²/2 on the line and in the plane, κ(1 − u·u') on the circle and the sphere: D = eˣ − 1. Always
-    /// positive.
+    /// x = κ|u−u'|²/2 on the line and in the plane, κ(1 − u·u') on the circle and the sphere: D = eˣ − 1.
+    /// Always positive.
     pub exponent: f64,
     /// ln p(u') up to a constant, the same for all draws with the same κ and radial exponent.
     pub log_density: f64,
@@ -71,22 +71,21 @@ pub struct Draw<V> {
 
 /// A domain of integration: the line, the plane, the circle of directions or the sphere of directions.
 ///
-/// Points and tangents are ambient vectors: of R² for the plane and the circle, of R³ for the
-/// sphere.
+/// Points and tangents are ambient vectors: of R² for the plane and the circle, of R³ for the sphere.
 pub trait Domain {
     /// Points and vectors.
     type Vector: Vector;
 
-    /// The coefficient c of −c u·V in the divergence of a field that is projected to the tangent
-    /// space: 0 on the line and in the plane, the dimension n on the unit circle and sphere.
+    /// Coefficient c of −c u·V in the divergence of a field that is projected to the tangent space: 0 on the
+    /// line and in the plane, the dimension n on the unit circle and sphere.
     const CURVATURE: f64;
 
-    /// Draws u' around u, for a kernel e⁻ˣ of concentration κ. `xi` are uniform in (0, 1), and
-    /// possibly stratified.
+    /// Draws u' around u, for a kernel e⁻ˣ of concentration κ. `xi` are uniform in (0, 1), and possibly
+    /// stratified.
     ///
-    /// `radial_exponent` a ∈ [0.1, 1] is the power by which the distribution function of the distance is
-    /// raised: at 1 points spread as the kernel does; below, they crowd around u, with density
-    /// ∝ |u−u'|^−n(1−a) there.
+    /// `radial_exponent` a ∈ [0.1, 1] is the power to which the distribution function of the distance is
+    /// raised: at 1 points are distributed as the kernel; below, they are denser near u, with
+    /// density ∝ |u−u'|^−n(1−a) there.
     fn draw(u: Self::Vector, kappa: f64, radial_exponent: f64, xi: [f64; 2]) -> Draw<Self::Vector>;
 
     /// The antithetic partner of a draw: its reflection through u.
@@ -106,8 +105,8 @@ impl Domain for Plane {
     type Vector = DVec2;
     const CURVATURE: f64 = 0.0;
 
-    /// Box–Muller: for N(u, I/κ), x = κ|u−u'|²/2 has the distribution function 1 − e⁻ˣ. Its power
-    /// a is inverted by 1 − e⁻ˣ = ξ₀^(1/a).
+    /// Box–Muller: for N(u, I/κ), x = κ|u−u'|²/2 has the distribution function 1 − e⁻ˣ. Its power a is
+    /// inverted by 1 − e⁻ˣ = ξ₀^(1/a).
     fn draw(u: DVec2, kappa: f64, radial_exponent: f64, [a, b]: [f64; 2]) -> Draw<DVec2> {
         let within = a.powf(1.0 / radial_exponent);
         let exponent = -(-within).ln_1p();
@@ -133,8 +132,8 @@ impl Domain for Line {
     type Vector = f64;
     const CURVATURE: f64 = 0.0;
 
-    /// With x = κ|u − u'|²/2, the distance has the distribution function (1 − e⁻ˣ)^(a/2): at a = 1
-    /// nearly that of the normal kernel, whose own has no elementary inverse, with the same tails.
+    /// With x = κ|u − u'|²/2, the distance has the distribution function (1 − e⁻ˣ)^(a/2): at a = 1 close to
+    /// that of the normal kernel, which has no elementary inverse, with the same tails.
     fn draw(u: f64, kappa: f64, radial_exponent: f64, [a, b]: [f64; 2]) -> Draw<f64> {
         // At the smallest radial exponent the power of the smallest ξ underflows.
         let within = a.powf(2.0 / radial_exponent).max(f64::MIN_POSITIVE);
@@ -161,10 +160,10 @@ impl Domain for Circle {
     type Vector = DVec2;
     const CURVATURE: f64 = 1.0;
 
-    /// As on the [`Line`], with y = 8κ sin²(φ/4) in place of x = κ(1 − cos φ): alike near u, and
-    /// without a density that vanishes at the antipode. y ≤ 4κ, hence the distribution function
-    /// ((1 − e⁻ʸ)/(1 − e^−4κ))^(a/2). 1 − cos φ is carried instead of cos φ: at κ = 10¹² the latter
-    /// would be rounding noise.
+    /// As on the [`Line`], with y = 8κ sin²(φ/4) in place of x = κ(1 − cos φ): equivalent near u, and with a
+    /// density that does not vanish at the antipode. y ≤ 4κ, hence the distribution function
+    /// ((1 − e⁻ʸ)/(1 − e^−4κ))^(a/2). 1 − cos φ is computed instead of cos φ, which at κ = 10¹² would be
+    /// rounding noise.
     fn draw(u: DVec2, kappa: f64, radial_exponent: f64, [a, b]: [f64; 2]) -> Draw<DVec2> {
         let within = a.powf(2.0 / radial_exponent).max(f64::MIN_POSITIVE);
         let y = -(within * (-4.0 * kappa).exp_m1()).ln_1p();
@@ -193,7 +192,7 @@ mod tests {
     use super::*;
     use crate::random::{open01, stream};
 
-    /// Σ g(x)/p over draws, over the same with g = 1: the mean of g under the kernel e⁻ˣ.
+    /// Σ g(x)/p over draws, divided by the same with g = 1: the mean of g under the kernel e⁻ˣ.
     fn kernel_mean<D: Domain<Vector = DVec2>>(
         kappa: f64,
         radial_exponent: f64,
@@ -220,8 +219,8 @@ mod tests {
                 (kernel_mean::<Plane>(7.0, radial_exponent, |x| x) - 1.0).abs() < 0.02,
                 "{radial_exponent}"
             );
-            // Circle: E[cos φ] = I₁(κ)/I₀(κ) (Abramowitz and Stegun 9.6); far out, x is a
-            // gamma variable of mean 1/2.
+            // Circle: E[cos φ] = I₁(κ)/I₀(κ) (Abramowitz and Stegun 9.6); far out, x is a gamma variable of
+            // mean 1/2.
             for (kappa, cosine) in [(1.0, 0.446_389_965_9), (2.0, 0.697_774_658_0), (10.0, 0.948_599_825_9)] {
                 let mean = kernel_mean::<Circle>(kappa, radial_exponent, |x| 1.0 - x / kappa);
                 assert!((mean - cosine).abs() < 0.01, "{radial_exponent} {kappa} {mean}");

@@ -1,4 +1,4 @@
-//! What a warp field answers, however it was constructed.
+//! Warp fields: value and divergence, independent of their construction.
 
 use super::domain::{Domain, Vector};
 use crate::random::Stream;
@@ -13,29 +13,31 @@ pub struct Field<V> {
 }
 
 impl<V: Vector> Field<V> {
-    /// No motion.
+    /// The zero field.
     pub const ZERO: Self = Self { value: V::ZERO, divergence: 0.0 };
 }
 
-/// V and ∇·V at one point as a linear form in the rates of what moves them: its coefficients, which know of no motion.
-/// Forward mode applies it, reverse mode its transpose, so that each is the other's by construction.
+/// V and ∇·V at one point as a linear form in the rates of their sources: its coefficients do not depend on
+/// the motion. Forward mode applies the form, reverse mode its transpose, so that each is the transpose of
+/// the other by construction.
 pub trait LinearField {
     /// V.
     type Vector: Vector;
-    /// What moves V: something seen, a vertex, a point of a level set.
+    /// Source of motion: a hit, a vertex, a point of a level set.
     type Source;
-    /// How that moves: a velocity; of a level set the change of its function and of that function's gradient.
+    /// Rate of a source: a velocity; for a level set, the rates of its function and of that function's
+    /// gradient.
     type Rate;
 
     /// Forward mode: the field, from the rate of every source.
     fn field(&self, rate: impl FnMut(&Self::Source) -> Self::Rate) -> Field<Self::Vector>;
 
-    /// Reverse mode: hands every source the covector c_i for which Σ c_i·rate_i = a·V + b ∇·V. A source may come more
-    /// than once.
+    /// Reverse mode: hands every source the covector c_i for which Σ c_i·rate_i = a·V + b ∇·V. A source may
+    /// occur more than once.
     fn scatter(&self, a: Self::Vector, b: f64, add: impl FnMut(&Self::Source, Self::Rate));
 }
 
-/// That scatter is the transpose of field: what every [`LinearField`] promises, for its own tests.
+/// Asserts that scatter is the transpose of field, as every [`LinearField`] must satisfy.
 #[cfg(test)]
 pub(crate) fn assert_transposed<F: LinearField>(
     field: &F,
@@ -54,8 +56,8 @@ pub(crate) fn assert_transposed<F: LinearField>(
     assert!((forward - reverse).abs() < 1e-13 * size, "{forward} {reverse}");
 }
 
-/// A construction of V over a domain: known exactly, or estimated with the help of random numbers.
+/// A construction of V over a domain, exact or estimated with random numbers.
 pub trait WarpField<D: Domain>: Sync {
-    /// (V, ∇·V) at u, or an estimate of them, and the number of rays it took.
+    /// (V, ∇·V) at u, or an estimate of them, and the number of rays.
     fn at(&self, u: D::Vector, rng: &mut Stream) -> (Field<D::Vector>, u64);
 }

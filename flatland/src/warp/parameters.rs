@@ -1,4 +1,4 @@
-//! What decides an estimate of the warp field.
+//! Parameters of the warp estimate.
 
 use super::adaptive::Adaptive;
 use super::auxiliary::AuxiliaryPoints;
@@ -8,9 +8,9 @@ use super::debias::Debias;
 /// The weight w(u, u').
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Weighting {
-    /// w = (D + B)^−γ: continuous and boundary consistent. The method ("attempt 3").
+    /// w = (D + B)^−γ: continuous and boundary consistent. The published method ("attempt 3").
     BoundaryAware {
-        /// γ. The larger, the closer V follows what is seen near a boundary, and the more its
+        /// γ. The larger, the more closely V follows the velocities near a boundary, and the larger its
         /// variance there. 3/2 is the default with a quadratic B, 3 is the paper's with a linear one.
         gamma: f64,
         /// B.
@@ -26,21 +26,20 @@ impl Default for Weighting {
     }
 }
 
-/// Everything that decides an estimate of the warp field but the kernel's concentration, which
-/// belongs to the place: the pixel, the lobe, the emitter.
+/// All parameters of the warp estimate except the kernel's concentration, which depends on the place: the
+/// pixel, the lobe, the emitter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Warp {
     /// The weight.
     pub weighting: Weighting,
     /// The pattern of auxiliary points.
     pub points: AuxiliaryPoints,
-    /// How they crowd around u: 1 spreads them as the kernel does, as the paper; below, a larger
-    /// part comes close, where the weight of a boundary is decided. The field is the same.
+    /// Radial exponent: 1 distributes points as the kernel, as in the paper; smaller values place more of
+    /// them near u, where the weight of a boundary is decided. The field is the same.
     pub radial_exponent: f64,
-    /// How many of them, and what is done about the bias.
+    /// Number of points, and the debiasing scheme.
     pub debias: Debias,
-    /// Whether their number depends on what the first ones see. Off, unless asked for: a consistent estimate becomes
-    /// more biased.
+    /// Adaptive numbers of rays, off by default: a consistent estimate becomes more biased.
     pub adaptive: Option<Adaptive>,
 }
 
@@ -56,7 +55,7 @@ impl Default for Warp {
     }
 }
 
-/// Parameters that no estimate can be made with.
+/// Invalid parameters of the warp estimate.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum WarpError {
@@ -78,7 +77,7 @@ pub enum WarpError {
         /// κ.
         kappa: f64,
     },
-    /// The reach of a mean over jumps must be positive and finite.
+    /// The reach of a mean over discontinuities must be positive and finite.
     #[error("the reach R = {reach} is not positive and finite")]
     Reach {
         /// R.
@@ -90,17 +89,17 @@ pub enum WarpError {
         /// The radial exponent.
         radial_exponent: f64,
     },
-    /// A debiasing scheme with no finite cost or no rays.
+    /// A debiasing scheme with infinite cost or no rays.
     #[error("{what}")]
     Debias {
-        /// What is wrong.
+        /// The violation.
         what: &'static str,
     },
 }
 
 impl Warp {
-    /// The original's estimate, γ = 3 and points spread as the kernel, with a linear B in units of
-    /// the kernel's width (the original's is blind to it) and a fixed number of rays.
+    /// The original estimate, γ = 3 and points distributed as the kernel, with a linear B in units of the
+    /// kernel's width (the original's does not depend on it) and a fixed number of rays.
     #[must_use]
     pub fn original(rays: usize) -> Self {
         Self {
@@ -115,9 +114,9 @@ impl Warp {
         }
     }
 
-    /// What had the least variance × rays on the line and the circle, for shadows and reflections in a
-    /// few worlds: strata fill one dimension evenly, so that larger blocks need fewer levels, and γ = 1
-    /// with B ~ s², twice its bound for n = 1, makes V the least steep.
+    /// Parameters with the least variance × rays on the line and the circle, for shadows and reflections in
+    /// several worlds: strata fill one dimension evenly, so that larger blocks need fewer levels, and γ = 1
+    /// with B ~ s², twice its bound for n = 1, makes V least steep.
     ///
     /// Its variance is *not* known to be finite in light transport: see [`Debias::Multilevel`].
     #[must_use]
@@ -131,7 +130,7 @@ impl Warp {
         }
     }
 
-    /// 1 − B at a distance from the end of what was hit: 1 at the end, 0 far from it.
+    /// 1 − B at a distance from the end of the object hit: 1 at the end, 0 far from it.
     #[must_use]
     pub fn falloff(&self, distance: f64, kappa: f64) -> f64 {
         match self.weighting {
@@ -164,8 +163,8 @@ impl Warp {
         self.debias.check().and(adaptive).map_err(|what| WarpError::Debias { what })
     }
 
-    /// The distance beyond which a boundary no longer matters: what [`stencil`](Self::stencil)'s
-    /// `trace` may stop searching at.
+    /// Distance beyond which boundaries are irrelevant: [`stencil`](Self::stencil)'s `trace` may stop
+    /// searching there.
     #[must_use]
     pub fn reach(&self, kappa: f64) -> f64 {
         match self.weighting {

@@ -1,12 +1,12 @@
-//! (V, ∇·V) as a linear form in the velocities of auxiliary hits, or of jumps.
+//! (V, ∇·V) as a linear form in the velocities of auxiliary hits, or of discontinuities.
 
 use super::domain::{Domain, Vector as _};
 use super::field::{Field, LinearField};
 
-/// An auxiliary hit, or a jump, with its coefficients in V and ∇·V.
+/// An auxiliary hit, or a discontinuity, with its coefficients in V and ∇·V.
 #[derive(Clone, Copy, Debug)]
 pub struct Term<V, H> {
-    /// What the auxiliary ray hit, or what moves the jump.
+    /// The hit of the auxiliary ray, or the source of the discontinuity's motion.
     pub hit: H,
     /// Ω_i: the coefficient of V_i in V, before projection.
     pub weight: f64,
@@ -14,7 +14,8 @@ pub struct Term<V, H> {
     pub divergence: V,
 }
 
-/// V = P_u Σ Ω_i V_i and ∇·V = Σ M_i·V_i at one point u, of velocities V_i of auxiliary hits or of jumps.
+/// V = P_u Σ Ω_i V_i and ∇·V = Σ M_i·V_i at one point u, for velocities V_i of auxiliary hits or of
+/// discontinuities.
 #[derive(Clone, Debug)]
 pub struct Stencil<D: Domain, H> {
     point: D::Vector,
@@ -26,7 +27,7 @@ impl<D: Domain, H> Stencil<D, H> {
         Self { point, terms }
     }
 
-    /// The hits or jumps, and their coefficients.
+    /// The hits or discontinuities, and their coefficients.
     #[must_use]
     pub fn terms(&self) -> &[Term<D::Vector, H>] {
         &self.terms

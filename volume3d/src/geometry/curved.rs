@@ -1,7 +1,7 @@
-//! Spheres, disks and cylinders as meshes.
+//! Meshes of spheres, disks and cylinders.
 //!
-//! Their vertices are on the surface, and so are the normals at them, which are interpolated. No point of a mesh is farther
-//! from its surface than [`TOLERANCE`] times the radius.
+//! Vertices and their normals, which are interpolated, are those of the surface. No point of a mesh is
+//! farther from its surface than [`TOLERANCE`] times the radius.
 
 use std::f64::consts::{PI, TAU};
 
@@ -9,7 +9,7 @@ use glam::{DVec2, DVec3};
 
 use super::mesh::{Attribute, Mesh, Normals};
 
-/// How far from a curved surface its mesh may be, in units of its radius: a thousandth.
+/// Largest distance between a curved surface and its mesh, relative to the radius.
 ///
 /// Areas, and with them the light that a sphere emits, are too small by less than twice that.
 pub const TOLERANCE: f64 = 1e-3;
@@ -17,7 +17,7 @@ pub const TOLERANCE: f64 = 1e-3;
 /// Segments of a circle: 1 − cos(π/72) = 9.5·10⁻⁴.
 const AROUND: u32 = 72;
 
-/// Meridians of a sphere. With half as many segments from pole to pole the middle of a quadrilateral is
+/// Meridians of a sphere. With half as many segments from pole to pole, the centre of a quadrilateral is
 /// 1 − cos²(π/104) = 9.1·10⁻⁴ below the sphere.
 const MERIDIANS: u32 = 104;
 
@@ -36,13 +36,14 @@ impl Mesh {
         for i in 0..=rings {
             for j in 0..=MERIDIANS {
                 let (u, v) = (f64::from(j) / f64::from(MERIDIANS), f64::from(i) / f64::from(rings));
-                // The last meridian is the first, and so is every one at a pole.
+                // The last meridian is the first, and at a pole all coincide.
                 let place = match i {
                     0 => DVec3::Z,
                     i if i == rings => DVec3::NEG_Z,
                     _ => point(f64::from(j % MERIDIANS) / f64::from(MERIDIANS), v),
                 };
-                // At a pole the corner of a triangle lies between the meridians of its two others.
+                // At a pole, the texture coordinate of a triangle's corner lies between those of its two
+                // other corners.
                 let half = 0.5 / f64::from(MERIDIANS);
                 let u = match i {
                     0 => u - half,
@@ -67,7 +68,8 @@ impl Mesh {
         patch.into_mesh()
     }
 
-    /// The unit disk in the plane z = 0, facing +z, within [`TOLERANCE`]; 72 triangles. Texture coordinates are (r, φ/2π).
+    /// The unit disk in the plane z = 0, facing +z, within [`TOLERANCE`]; 72 triangles. Texture coordinates:
+    /// (r, φ/2π).
     #[must_use]
     pub fn disk() -> Self {
         let mut patch = Patch::default();
@@ -83,8 +85,8 @@ impl Mesh {
         patch.into_mesh()
     }
 
-    /// The cylinder of radius 1 about the z axis from z = 0 to 1, without caps, facing outwards, within [`TOLERANCE`]; 144
-    /// triangles. Texture coordinates are (φ/2π, z).
+    /// The cylinder of radius 1 about the z axis from z = 0 to 1, without caps, facing outwards, within
+    /// [`TOLERANCE`]; 144 triangles. Texture coordinates: (φ/2π, z).
     #[must_use]
     pub fn cylinder() -> Self {
         let mut patch = Patch::default();
@@ -102,12 +104,12 @@ impl Mesh {
     }
 }
 
-/// The point j of [`AROUND`] on the unit circle; the last is the first.
+/// Point j of [`AROUND`] on the unit circle; the last is the first.
 fn circle(j: u32) -> DVec2 {
     DVec2::from_angle(TAU * f64::from(j % AROUND) / f64::from(AROUND))
 }
 
-/// Vertices with a normal and a texture coordinate each.
+/// Vertices, each with a normal and a texture coordinate.
 #[derive(Default)]
 struct Patch {
     positions: Vec<DVec3>,
@@ -126,7 +128,7 @@ impl Patch {
     fn into_mesh(self) -> Mesh {
         let Self { positions, normals, uvs, triangles } = self;
         let mesh = Mesh::new(positions, triangles.clone())
-            // Each place once.
+            // Positions without duplicates.
             .and_then(|mesh| Mesh::new(mesh.positions().to_vec(), mesh.triangles().to_vec()))
             .and_then(|mesh| {
                 mesh.with_normals(Normals::Given(Attribute { values: normals, triangles: triangles.clone() }))
@@ -140,7 +142,7 @@ impl Patch {
 mod tests {
     use super::*;
 
-    /// The corners of all triangles.
+    /// Corners of all triangles.
     fn corners(mesh: &Mesh) -> impl Iterator<Item = [DVec3; 3]> + '_ {
         mesh.triangles().iter().map(|t| t.map(|k| mesh.positions()[k as usize]))
     }
@@ -149,8 +151,9 @@ mod tests {
         corners(mesh).map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length()).sum()
     }
 
-    /// Vertices are on the surface, and no triangle is farther from it than the tolerance: of a triangle inside a sphere the
-    /// point nearest to its centre is farthest from the surface, and is not nearer than its plane.
+    /// Vertices are on the surface, and no triangle is farther from it than the tolerance: for a triangle
+    /// inside a sphere, the point nearest to the centre is farthest from the surface, and no nearer than the
+    /// triangle's plane.
     #[test]
     fn meshes_are_near_their_surfaces() {
         let sphere = Mesh::sphere();

@@ -1,19 +1,19 @@
-//! Edges of triangles that lie upon one another, or upon the inside of a triangle.
+//! Triangle edges that coincide, or that lie in the interior of a triangle.
 
 use glam::DVec3;
 
 use super::meeting::ROUNDING;
 
-/// A stretch that edges of two triangles have in common.
+/// A stretch shared by edges of two triangles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Stretch {
-    /// Edge k of each of both, from corner k to corner k + 1.
+    /// Edge k of each triangle, from corner k to corner k + 1.
     pub(crate) edges: [usize; 2],
-    /// How far along each edge both ends of the stretch are: `along[i]` on that of triangle i.
+    /// Positions of the stretch's ends along each edge: `along[i]` on that of triangle i.
     pub(crate) along: [[f64; 2]; 2],
 }
 
-/// All stretches, as far as rounded transforms can tell of coordinates that were given from another origin.
+/// All common stretches, within the rounding of transforms of coordinates given relative to another origin.
 pub(crate) fn common_stretches(triangles: &[[DVec3; 3]; 2], origin: DVec3) -> impl Iterator<Item = Stretch> {
     let size = triangles.as_flattened().iter().map(|p| (p - origin).abs().max_element()).fold(0.0, f64::max);
     let edge = |i: usize, k: usize| [triangles[i][k], triangles[i][(k + 1) % 3]];
@@ -24,7 +24,7 @@ pub(crate) fn common_stretches(triangles: &[[DVec3; 3]; 2], origin: DVec3) -> im
     })
 }
 
-/// The ends of what two segments have in common, as parts of the way along each; nothing if that is no more than a point.
+/// Ends of the intersection of two segments, as positions along each; `None` if it is at most a point.
 fn common_stretch([p, q]: [DVec3; 2], [a, b]: [DVec3; 2], rounding: f64) -> Option<[[f64; 2]; 2]> {
     let (length, other) = (p.distance(q), a.distance(b));
     if length <= rounding || other <= rounding {
@@ -41,9 +41,9 @@ fn common_stretch([p, q]: [DVec3; 2], [a, b]: [DVec3; 2], rounding: f64) -> Opti
     (high - low > rounding).then(|| [ends.map(|x| x / length), ends.map(|x| (x - s) / (t - s))])
 }
 
-/// The stretch of a segment that lies upon the inside of a triangle, as far as rounded transforms can tell,
-/// as parts of the way along it; nothing if that is no more than a point, or on the triangle's border, or if
-/// the triangle has no area. Rounding is that of coordinates as they were given, from another origin.
+/// The stretch of a segment in the interior of a triangle, within the rounding of transforms, as positions
+/// along the segment; `None` if it is at most a point or on the triangle's border, or if the triangle has no
+/// area. Rounding is that of coordinates given relative to another origin.
 pub(crate) fn upon_face([p, q]: [DVec3; 2], triangle: &[DVec3; 3], origin: DVec3) -> Option<[f64; 2]> {
     let points = [&[p, q][..], triangle].concat();
     let size = points.iter().map(|p| (p - origin).abs().max_element()).fold(0.0, f64::max);
@@ -74,7 +74,7 @@ mod tests {
 
     use super::*;
 
-    /// Two triangles on either side of the line y = z = 0, and of which edge 0 lies on it.
+    /// Two triangles on either side of the line y = z = 0, with edge 0 of each on it.
     fn on_a_line(x: f64, length: f64) -> [[DVec3; 3]; 2] {
         let triangle = |x: f64, length: f64, z: f64| {
             [DVec3::X * x, DVec3::X * (x + length), DVec3::new(x, 1.0, z)].map(|p| p + DVec3::Z)

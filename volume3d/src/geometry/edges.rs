@@ -1,33 +1,33 @@
-//! The edges of a mesh, each with the triangles that meet in it.
+//! Edges of a mesh, with their adjacent triangles.
 
 use rayon::prelude::*;
 
-/// A side of a triangle: half of an edge that two triangles share.
+/// A half-edge: a side of a triangle.
 ///
-/// They are ordered by edge, then by triangle.
+/// Ordered by edge, then by triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct HalfEdge {
     /// Both ends, the lower index first.
     pub ends: [u32; 2],
     /// The triangle.
     pub triangle: u32,
-    /// The corner k at which the side begins; it ends at corner k + 1.
+    /// The corner k at which the side starts; it ends at corner k + 1.
     pub corner: u32,
-    /// Whether the triangle runs along the side from the lower index to the higher. Two triangles that face the same way
-    /// run along their common edge in opposite senses.
+    /// Whether the triangle traverses the side from the lower index to the higher. Two triangles that face
+    /// the same way traverse their common edge in opposite directions.
     pub ascending: bool,
 }
 
-/// The adjacency of triangles: all half-edges, those of one edge together.
+/// Adjacency of triangles: all half-edges, grouped by edge.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Edges {
     sides: Vec<HalfEdge>,
 }
 
 impl Edges {
-    /// Of triangles, by the indices of their corners, in time O(n log n).
+    /// From triangles, given by the indices of their corners, in time O(n log n).
     ///
-    /// A triangle with a corner twice has an edge whose ends are the same.
+    /// A triangle with a repeated corner has an edge with equal ends.
     #[must_use]
     pub fn of(triangles: impl ExactSizeIterator<Item = [u32; 3]>) -> Self {
         let mut sides = Vec::with_capacity(3 * triangles.len());
@@ -48,14 +48,13 @@ impl Edges {
         self.sides.chunk_by(|a, b| a.ends == b.ends)
     }
 
-    /// Both ends of every edge, the lower index first; without those whose ends are the same.
+    /// Both ends of every edge, the lower index first; without edges with equal ends.
     pub(crate) fn ends(&self) -> impl Iterator<Item = [u32; 2]> {
         self.iter().map(|sides| sides[0].ends).filter(|[a, b]| a != b)
     }
 }
 
-/// Sorted: first by the lower ends, of which the largest is given, by counting, and then those few that have
-/// one in common.
+/// Sorts by the lower ends, up to `largest`, by counting, and then those few that share one.
 fn in_order(sides: &[HalfEdge], largest: usize) -> Vec<HalfEdge> {
     let Some(&first) = sides.first() else { return vec![] };
     if largest > MOST * sides.len() {
@@ -74,7 +73,7 @@ fn in_order(sides: &[HalfEdge], largest: usize) -> Vec<HalfEdge> {
         sorted[*place as usize] = *side;
         *place += 1;
     }
-    // Each place is now where the next begins.
+    // Each entry is now the start of the next.
     let mut begin = 0;
     for &end in &next[..=largest] {
         sorted[begin..end as usize].sort_unstable();
@@ -83,7 +82,7 @@ fn in_order(sides: &[HalfEdge], largest: usize) -> Vec<HalfEdge> {
     sorted
 }
 
-/// Ends are counted if they are no more than so many times as many as sides.
+/// Counting sort is used if ends are at most this many times the number of sides.
 const MOST: usize = 4;
 
 #[cfg(test)]
@@ -93,7 +92,7 @@ mod tests {
 
     use super::*;
 
-    /// Whether ends are counted or not.
+    /// With and without counting sort.
     #[test]
     fn sides_are_in_order() {
         let mut rng = stream(7, &[]);

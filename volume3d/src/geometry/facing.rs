@@ -1,4 +1,4 @@
-//! Where vertex normals point to, beside the faces.
+//! Orientation of vertex normals relative to faces.
 
 use std::collections::HashMap;
 
@@ -6,11 +6,11 @@ use glam::DVec3;
 
 use super::{Mesh, Normals};
 
-/// Cosine of the angle by which unit normals of single precision may differ from a face that they belong to.
+/// Cosine of the angle by which single-precision unit normals may differ from their face.
 const PARALLEL: f64 = 1.0 - 1e-5;
 
 impl Mesh {
-    /// The number of triangles whose given vertex normals all point to the back of their face.
+    /// Number of triangles whose given vertex normals all point to the back of their face.
     #[must_use]
     pub fn turned_normals(&self) -> usize {
         let Normals::Given(normals) = self.normals() else { return 0 };
@@ -22,8 +22,7 @@ impl Mesh {
         corners.filter(|&pair| turned(pair)).count()
     }
 
-    /// Whether vertex normals, given or weighted by angles, are anywhere other than the normals of their
-    /// faces.
+    /// Whether any vertex normals, given or angle-weighted, differ from the normals of their faces.
     #[must_use]
     pub fn has_bent_normals(&self) -> bool {
         let faces = self.triangles().iter().map(|triangle| self.face(triangle));

@@ -1,38 +1,38 @@
-//! Where two triangles meet, decided exactly.
+//! Exact intersection of two triangles.
 //!
-//! Which side of a plane a vertex is on, and whether a line passes a triangle's inside, are signs of determinants
-//! (Shewchuk 1997), as in the test of Guigue and Devillers (2003); only the places that follow are rounded.
+//! The sides of vertices relative to planes, and of lines relative to triangles, are signs of determinants
+//! (Shewchuk 1997), as in the test of Guigue and Devillers (2003); only the resulting positions are rounded.
 
 use glam::DVec3;
 use robust::{Coord, Coord3D, orient2d, orient3d};
 
-/// How two triangles meet.
+/// Relation of two triangles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Meeting {
-    /// Not at all, or in one point, or the border of one touches the other.
+    /// Disjoint, with one point in common, or the border of one touches the other.
     Apart,
-    /// They are in one plane, and cover a common area.
+    /// Coplanar with a common area.
     Overlap,
-    /// They pass through one another along a segment.
+    /// Crossing along a segment.
     Through([End; 2]),
-    /// Edge k of one of them (0 or 1) lies in the plane of the other. Whether a surface passes through there is known
-    /// only with what continues it.
+    /// Edge k of one of them (0 or 1) lies in the plane of the other. Whether surfaces cross there depends on
+    /// what continues it.
     Along {
-        /// Whose edge.
+        /// The triangle with the edge.
         which: usize,
         /// From corner k to corner k + 1.
         edge: usize,
     },
 }
 
-/// An end of a segment: an edge of one triangle that pierces the other.
+/// End of a segment: an edge of one triangle that pierces the other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct End {
-    /// Whose edge, 0 or 1.
+    /// The triangle with the edge, 0 or 1.
     pub(crate) which: usize,
     /// From corner k to corner k + 1.
     pub(crate) edge: usize,
-    /// How far along it.
+    /// Position along it.
     pub(crate) along: f64,
 }
 
@@ -44,7 +44,7 @@ impl End {
     }
 }
 
-/// How two triangles meet. Both must have an area.
+/// The relation of two triangles, both with nonzero area.
 pub(crate) fn meeting(triangles: &[[DVec3; 3]; 2]) -> Meeting {
     let first = heights(&triangles[0], &triangles[1]);
     if touches_in_a_point(&first) {
@@ -73,7 +73,7 @@ pub(crate) fn meeting(triangles: &[[DVec3; 3]; 2]) -> Meeting {
             }
         }
     }
-    // More than two where an edge meets an edge, at one place each: those farthest apart.
+    // More than two if an edge meets an edge, at one point each: the two farthest apart.
     let mut best = (0.0, None);
     for (i, a) in ends.iter().enumerate() {
         for b in &ends[i + 1..] {
@@ -86,16 +86,16 @@ pub(crate) fn meeting(triangles: &[[DVec3; 3]; 2]) -> Meeting {
     best.1.map_or(Meeting::Apart, Meeting::Through)
 }
 
-/// Whether two points are beyond one another of the plane of a triangle, neither of them in it. A corner of
-/// the triangle is in it exactly.
+/// Whether two points are on opposite sides of a triangle's plane, neither of them in it. A corner of the
+/// triangle is exactly in it.
 pub(crate) fn parts(triangle: &[DVec3; 3], [x, y]: [DVec3; 2]) -> bool {
     let [h, g, _] = heights(&[x, y, x], triangle);
     (h > 0.0 && g < 0.0) || (h < 0.0 && g > 0.0)
 }
 
-/// The part of a segment in the plane of a triangle that is within it: where it begins and ends on the way
-/// from the first point to the second. Nothing if they have no more than a point in common, or a piece of the
-/// triangle's border.
+/// The part of a segment, in the plane of a triangle, that is within the triangle: start and end as positions
+/// from the first point to the second. `None` if they share at most a point, or a piece of the triangle's
+/// border.
 pub(crate) fn within([p, q]: [DVec3; 2], triangle: &[DVec3; 3]) -> Option<[f64; 2]> {
     let flat = flattened(triangle);
     let corners = triangle.map(flat);
@@ -114,7 +114,7 @@ pub(crate) fn within([p, q]: [DVec3; 2], triangle: &[DVec3; 3]) -> Option<[f64; 
     (low < high).then_some([low, high])
 }
 
-/// Whether a triangle with these heights over a plane has one corner in it at most, and the others are on one
+/// Whether a triangle with these heights over a plane has at most one corner in it, and the others on one
 /// side.
 fn touches_in_a_point(heights: &[f64; 3]) -> bool {
     let (above, below) = (heights.iter().filter(|&&h| h > 0.0), heights.iter().filter(|&&h| h < 0.0));
@@ -122,12 +122,13 @@ fn touches_in_a_point(heights: &[f64; 3]) -> bool {
     above.max(below) >= 2 && above.min(below) == 0
 }
 
-/// Corners are in a plane, or on a line, if they are no farther from it than this part of the largest
-/// coordinate that was given: a few roundings.
+/// Distance of corners from a plane or line within which they count as on it, relative to the largest given
+/// coordinate: a few roundings.
 pub(crate) const ROUNDING: f64 = 1e-14;
 
-/// Whether two triangles cover a common area of one plane, as far as rounded transforms can tell: their planes differ by
-/// no more than rounding of coordinates as they were given, from another origin, and the area is wider.
+/// Whether two triangles are coplanar with a common area, within the rounding of transforms: their planes
+/// differ by at most the rounding of coordinates given relative to another origin, and the area is wider than
+/// that.
 pub(crate) fn in_contact([s, t]: &[[DVec3; 3]; 2], origin: DVec3) -> bool {
     let size = [s, t].into_iter().flatten().map(|p| (p - origin).abs().max_element()).fold(0.0, f64::max);
     let rounding = ROUNDING * size;
@@ -145,20 +146,20 @@ pub(crate) fn in_contact([s, t]: &[[DVec3; 3]; 2], origin: DVec3) -> bool {
     near(s, t) && near(t, s) && !separates(s, t) && !separates(t, s)
 }
 
-/// On which sides of a triangle's plane the corners of another are, times a common factor. A corner of both is in
-/// the plane exactly.
+/// Signed heights of a triangle's corners over the plane of another, times a common factor. A common corner
+/// is exactly in the plane.
 fn heights(of: &[DVec3; 3], plane: &[DVec3; 3]) -> [f64; 3] {
     let [a, b, c] = plane.map(point);
     of.map(|p| if plane.contains(&p) { 0.0 } else { orient3d(a, b, c, point(p)) })
 }
 
-/// An edge of one triangle in the plane of the other, which is not.
+/// An edge of one triangle in the plane of the other, if the triangle itself is not.
 fn edge_in_plane(heights: &[[f64; 3]; 2]) -> Option<(usize, usize)> {
     let edge = |h: &[f64; 3]| (0..3).find(|&k| h[k] == 0.0 && h[(k + 1) % 3] == 0.0);
     (0..2).find_map(|which| Some((which, edge(&heights[which])?)))
 }
 
-/// Whether the line through two points passes a triangle's inside or border.
+/// Whether the line through two points meets a triangle's interior or border.
 fn passes(p: DVec3, q: DVec3, triangle: &[DVec3; 3]) -> bool {
     let turns: [f64; 3] = std::array::from_fn(|k| {
         let [a, b] = [triangle[k], triangle[(k + 1) % 3]];
@@ -168,7 +169,7 @@ fn passes(p: DVec3, q: DVec3, triangle: &[DVec3; 3]) -> bool {
     turns.iter().all(|&t| t >= 0.0) || turns.iter().all(|&t| t <= 0.0)
 }
 
-/// Whether two triangles of one plane cover a common area: no edge of either has all of the other beyond it.
+/// Whether two coplanar triangles have a common area: no edge of either has all of the other beyond it.
 fn overlap([s, t]: &[[DVec3; 3]; 2]) -> bool {
     let flat = flattened(s);
     let separates = |s: &[DVec3; 3], t: &[DVec3; 3]| {
@@ -181,8 +182,7 @@ fn overlap([s, t]: &[[DVec3; 3]; 2]) -> bool {
     !separates(s, t) && !separates(t, s)
 }
 
-/// The plane of a triangle, seen along the axis that is most across it: two coordinates of its points, as
-/// they are.
+/// Projection of a triangle's plane along its dominant axis: two unrounded coordinates of its points.
 fn flattened([a, b, c]: &[DVec3; 3]) -> impl Fn(DVec3) -> Coord<f64> + Copy + use<> {
     let normal = (b - a).cross(c - a).abs();
     let [x, y] = [[1, 2], [2, 0], [0, 1]][normal.max_position()];
@@ -203,7 +203,7 @@ mod tests {
         DVec3::from_array(std::array::from_fn(|_| 2.0 * open01(rng) - 1.0))
     }
 
-    /// By the line of both planes: the part of it in both triangles, or nothing.
+    /// Reference by the line of both planes: the part of it in both triangles, or `None`.
     fn by_line(triangles: &[[DVec3; 3]; 2]) -> Option<[DVec3; 2]> {
         let normal = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).normalize();
         let along = normal(triangles[0]).cross(normal(triangles[1])).normalize();
@@ -270,7 +270,7 @@ mod tests {
         // In its plane.
         assert_eq!(meeting(&[floor, [a, b, DVec3::new(1.0, 1.0, 0.0)]]), Meeting::Overlap);
         assert_eq!(meeting(&[floor, floor.map(|p| p - 4.0 * DVec3::X)]), Meeting::Apart);
-        // Neighbours that share an edge, and some that share a corner.
+        // Neighbours with a common edge, and with a common corner.
         assert!(matches!(meeting(&[floor, [floor[1], floor[0], above]]), Meeting::Along { .. }));
         assert_eq!(meeting(&[floor, [floor[0], above, above + DVec3::new(1.0, 2.0, 0.5)]]), Meeting::Apart);
         assert!(matches!(meeting(&[floor, [floor[0], above, below]]), Meeting::Through(_)));

@@ -1,12 +1,13 @@
-//! Triangle meshes whose positions, normals and texture coordinates each have their own topology.
+//! Triangle meshes with separate topologies for positions, normals and texture coordinates.
 
 use std::collections::HashMap;
 
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 
-/// Values on the corners of triangles: a table, and for every triangle three indices into it.
+/// Values at the corners of triangles: a table, and three indices into it for every triangle.
 ///
-/// A seam is where two triangles share positions but not these indices; it is no seam of the surface.
+/// A seam is where two triangles share positions but not these indices; the surface itself is continuous
+/// there.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Attribute<T> {
     /// The table.
@@ -15,26 +16,26 @@ pub struct Attribute<T> {
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// Where the shading normals of a mesh come from.
+/// Source of a mesh's shading normals.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Normals {
-    /// The normal of each triangle: every edge is a jump of shading.
+    /// The geometric normal of each triangle: shading is discontinuous at every edge.
     Face,
-    /// The mean of the normals of the triangles around a vertex, weighted by their angles there
-    /// (Thürmer and Wüthrich 1998), interpolated over the triangle. They follow the positions. The
-    /// vertices are those of the given topology, so that duplicated vertices make a crease.
+    /// Vertex normals: the angle-weighted mean of the normals of the triangles around a vertex (Thürmer and
+    /// Wüthrich 1998), interpolated over the triangle. They follow the positions. The vertices are those of
+    /// the given topology, so that duplicated vertices make a crease.
     AngleWeighted {
         /// Three normal indices for every triangle.
         triangles: Vec<[u32; 3]>,
-        /// How many normals there are.
+        /// Number of normals.
         count: usize,
     },
-    /// Given values, interpolated. They turn with a rigid motion of their shape, and stand still when
+    /// Given values, interpolated. They rotate with a rigid motion of their shape, and are constant when
     /// single vertices move.
     Given(Attribute<DVec3>),
 }
 
-/// What is wrong with a mesh.
+/// Reason for rejecting a mesh.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeshError {
     /// A coordinate of a position, normal or texture coordinate is NaN or infinite.
@@ -45,16 +46,16 @@ pub enum MeshError {
         /// Its index.
         index: usize,
     },
-    /// A triangle names a corner that does not exist.
+    /// A triangle refers to an index that does not exist.
     #[error("triangle {triangle} refers to {what} {index}, but there are only {count}")]
     OutOfRange {
         /// "position", "normal" or "texture coordinate".
         what: &'static str,
         /// The triangle.
         triangle: usize,
-        /// The index it names.
+        /// The index.
         index: u32,
-        /// How many there are.
+        /// Number of elements.
         count: usize,
     },
     /// An attribute does not have one entry for each triangle.
@@ -62,32 +63,32 @@ pub enum MeshError {
     Attribute {
         /// "normal" or "texture coordinate".
         what: &'static str,
-        /// How many entries there are.
+        /// Number of entries.
         found: usize,
-        /// How many triangles there are.
+        /// Number of triangles.
         expected: usize,
     },
-    /// Vertices cannot be moved to so many places.
+    /// The number of new positions differs from the number of vertices.
     #[error("{found} positions are given for a mesh of {expected}")]
     Positions {
-        /// How many places are given.
+        /// Number of positions given.
         found: usize,
-        /// How many the mesh has.
+        /// Number of positions of the mesh.
         expected: usize,
     },
-    /// More vertices or triangles than 32 bits count.
+    /// More vertices or triangles than 32-bit indices support.
     #[error("a mesh may have at most 2^32 - 2 vertices and triangles, not {count}")]
     TooLarge {
-        /// How many there are.
+        /// The number.
         count: usize,
     },
 }
 
 /// A triangle mesh.
 ///
-/// Open borders, edges of more than two triangles, unreferenced vertices and triangles of zero area are
-/// all legal: a border and a non-manifold edge count as silhouettes from everywhere, and a triangle of zero
-/// area is never hit.
+/// Open borders, edges of more than two triangles, unreferenced vertices and triangles of zero area are all
+/// valid: a border and a non-manifold edge count as silhouettes from everywhere, and a triangle of zero area
+/// is never hit.
 ///
 /// # Guarantees
 /// Every position, normal and texture coordinate is finite, every index in range.
@@ -101,13 +102,14 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// A mesh with the normals of its faces.
+    /// A mesh with face normals.
     ///
-    /// Vertices at the same place become one, so that what a file duplicated for the sake of normals or
-    /// texture coordinates does not tear the surface; [`sources`](Self::sources) tells which became which.
+    /// Vertices at the same position are merged, so that duplicates in a file for the sake of normals or
+    /// texture coordinates do not disconnect the surface; [`sources`](Self::sources) maps given vertices to
+    /// merged ones.
     ///
     /// # Errors
-    /// [`MeshError`], for coordinates that are not finite and indices out of range.
+    /// [`MeshError`] for coordinates that are not finite and indices out of range.
     pub fn new(positions: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> Result<Self, MeshError> {
         check_count(positions.len().max(triangles.len()))?;
         check_finite("position", positions.iter().map(|p| p.is_finite()))?;
@@ -117,7 +119,7 @@ impl Mesh {
         Ok(Self { positions, triangles, normals: Normals::Face, uvs: None, sources })
     }
 
-    /// The same mesh with other normals.
+    /// Replaces the normals.
     ///
     /// # Errors
     /// [`MeshError`] if they do not fit the triangles.
@@ -136,13 +138,13 @@ impl Mesh {
         Ok(self)
     }
 
-    /// The same mesh with its vertices elsewhere: one place for each of [`positions`](Self::positions), in their order.
+    /// Replaces the positions, one for each of [`positions`](Self::positions) in order.
     ///
-    /// Triangles, normals and texture coordinates keep their topology. Computed normals follow; given ones stay as they
-    /// are. Vertices that come to lie in one place remain two.
+    /// Triangles, normals and texture coordinates keep their topology. Computed normals follow; given ones
+    /// are unchanged. Vertices that come to coincide remain separate.
     ///
     /// # Errors
-    /// [`MeshError`], if their number is another, or a coordinate is not finite.
+    /// [`MeshError`] if their number differs, or a coordinate is not finite.
     pub fn with_positions(mut self, positions: Vec<DVec3>) -> Result<Self, MeshError> {
         let (found, expected) = (positions.len(), self.positions.len());
         if found != expected {
@@ -153,7 +155,7 @@ impl Mesh {
         Ok(self)
     }
 
-    /// The same mesh with one normal a vertex, interpolated: [`Normals::AngleWeighted`] on its own topology.
+    /// Sets one interpolated normal per vertex: [`Normals::AngleWeighted`] on the mesh's own topology.
     #[must_use]
     pub fn smooth(mut self) -> Self {
         self.normals =
@@ -161,7 +163,7 @@ impl Mesh {
         self
     }
 
-    /// The same mesh with texture coordinates.
+    /// Sets the texture coordinates.
     ///
     /// # Errors
     /// [`MeshError`] if they do not fit the triangles.
@@ -211,8 +213,8 @@ impl Mesh {
         }
     }
 
-    /// The mesh carried by an affine map. Given normals are carried as normals; a map that mirrors turns the
-    /// triangles round, so that what faced outwards still does.
+    /// The mesh under an affine map. Given normals are transformed as normals; a reflection reverses
+    /// triangles, so that outward faces stay outward.
     #[must_use]
     pub fn transformed(mut self, map: &DAffine3) -> Self {
         for p in &mut self.positions {
@@ -244,8 +246,8 @@ impl Mesh {
         self.positions.iter_mut().zip(rates).for_each(|(p, rate)| *p += step * *rate);
     }
 
-    /// Whether triangles, and those of normals and texture coordinates, are the same as another's; so are texture
-    /// coordinates themselves.
+    /// Whether the topology of triangles, normals and texture coordinates equals another mesh's, and the
+    /// texture coordinates do too.
     pub(crate) fn has_topology_of(&self, other: &Self) -> bool {
         let normals = match (&self.normals, &other.normals) {
             (Normals::Given(a), Normals::Given(b)) => {
@@ -262,7 +264,7 @@ impl Mesh {
         self.normals = Normals::Given(normals);
     }
 
-    /// The places of the vertices, each once.
+    /// Positions of the vertices, without duplicates.
     #[must_use]
     pub fn positions(&self) -> &[DVec3] {
         &self.positions
@@ -274,7 +276,7 @@ impl Mesh {
         &self.triangles
     }
 
-    /// Where the shading normals come from.
+    /// Source of the shading normals.
     #[must_use]
     pub fn normals(&self) -> &Normals {
         &self.normals
@@ -286,7 +288,7 @@ impl Mesh {
         self.uvs.as_ref()
     }
 
-    /// For every vertex that was given to [`Mesh::new`], the position it became.
+    /// For every vertex given to [`Mesh::new`], the index of its position.
     #[must_use]
     pub fn sources(&self) -> &[u32] {
         &self.sources
@@ -307,20 +309,20 @@ impl Mesh {
     }
 }
 
-/// det(M) M⁻ᵀ, which carries normals and exists for every M.
+/// det(M) M⁻ᵀ, which transforms normals and exists for every M.
 fn cofactors(m: &DMat3) -> DMat3 {
     let [a, b, c] = [m.x_axis, m.y_axis, m.z_axis];
     DMat3::from_cols(b.cross(c), c.cross(a), a.cross(b))
 }
 
-/// Each place once, and for each input the place it became.
+/// Distinct positions, and the index of each input among them.
 fn weld(positions: &[DVec3]) -> (Vec<DVec3>, Vec<u32>) {
     let mut places = HashMap::with_capacity(positions.len());
     let mut welded = Vec::with_capacity(positions.len());
     let sources = positions
         .iter()
         .map(|p| {
-            // + 0 makes −0 and 0 one.
+            // Adding 0 maps −0 to 0.
             let key = p.to_array().map(|x| (x + 0.0).to_bits());
             *places.entry(key).or_insert_with(|| {
                 welded.push(*p);

@@ -1,4 +1,4 @@
-//! Meshes, the tracing of rays, and distances.
+//! Meshes, ray tracing, and distances.
 
 mod accelerator;
 mod curved;

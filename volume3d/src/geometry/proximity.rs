@@ -1,4 +1,4 @@
-//! Distance to triangles, and their generalised winding number, over one tree of boxes.
+//! Distance to triangles and generalised winding number, on one tree of boxes.
 
 use std::f64::consts::PI;
 
@@ -6,10 +6,10 @@ use glam::DVec3;
 
 use super::Mesh;
 
-/// How far points are from the triangles of a mesh, and how often it winds around them. Triangles without area do not count.
+/// Distance and winding-number queries of a mesh. Triangles without area are ignored.
 #[derive(Clone, Debug)]
 pub struct Proximity {
-    /// Two children a node, up to [`LEAF`] triangles a leaf.
+    /// Two children per node, up to [`LEAF`] triangles per leaf.
     nodes: Vec<Node>,
     triangles: Vec<[DVec3; 3]>,
 }
@@ -18,26 +18,26 @@ pub struct Proximity {
 struct Node {
     low: DVec3,
     high: DVec3,
-    /// The sum of the triangles' normals, each as long as the triangle is large.
+    /// Sum of the triangles' normals, each weighted by its area.
     area: DVec3,
-    /// The mean of their centres, weighted by their areas.
+    /// Area-weighted mean of the triangles' centres.
     centre: DVec3,
-    /// All triangles are within this distance of the centre.
+    /// Bounding radius about the centre.
     radius: f64,
-    /// The triangles of the node.
+    /// Range of the node's triangles.
     begin: usize,
     end: usize,
-    /// The second child, the first being the next node; 0 for a leaf.
+    /// Index of the second child, the first being the next node; 0 for a leaf.
     second: usize,
 }
 
 const LEAF: usize = 4;
 
-/// A node farther away than this many of its radii counts as one dipole: the factor of Barill et al. (2018).
+/// Distance, in radii, beyond which a node is approximated by a dipole: the factor of Barill et al. (2018).
 const FAR: f64 = 2.0;
 
 impl Proximity {
-    /// Of a mesh; nothing if it has no triangle with an area.
+    /// Builds the tree of a mesh; `None` if it has no triangle with an area.
     #[must_use]
     pub fn new(mesh: &Mesh) -> Option<Self> {
         let corners = mesh.triangles().iter().map(|t| t.map(|i| mesh.positions()[i as usize]));
@@ -51,19 +51,19 @@ impl Proximity {
         Some(Self { nodes, triangles })
     }
 
-    /// Lower and upper corner of the box around all triangles.
+    /// Lower and upper corner of the bounding box of all triangles.
     #[must_use]
     pub fn bounds(&self) -> (DVec3, DVec3) {
         (self.nodes[0].low, self.nodes[0].high)
     }
 
-    /// The distance of a point to the nearest triangle.
+    /// Distance of a point to the nearest triangle.
     #[must_use]
     pub fn distance(&self, x: DVec3) -> f64 {
         self.distance_squared_below(x, f64::INFINITY).sqrt()
     }
 
-    /// The square of the distance to the nearest triangle, if that is below `bound`, else `bound`.
+    /// Squared distance to the nearest triangle, if that is below `bound`, else `bound`.
     pub(crate) fn distance_squared_below(&self, x: DVec3, bound: f64) -> f64 {
         let mut nearest = bound;
         self.descend(x, 0, &mut nearest);
@@ -90,8 +90,9 @@ impl Proximity {
         }
     }
 
-    /// Σ of the solid angles of the triangles at x, over 4π (Jacobson et al. 2013): 1 inside of a closed mesh that faces outwards, 0 outside,
-    /// and in between where the mesh has holes. Distant parts count as dipoles (Barill et al. 2018).
+    /// Sum of the solid angles of the triangles at x, divided by 4π (Jacobson et al. 2013): 1 inside a closed
+    /// mesh that faces outwards, 0 outside, and in between where the mesh has holes. Distant parts are
+    /// approximated by dipoles (Barill et al. 2018).
     #[must_use]
     pub fn winding_number(&self, x: DVec3) -> f64 {
         self.solid_angle(x, 0) / (4.0 * PI)
@@ -112,7 +113,7 @@ impl Proximity {
 }
 
 impl Node {
-    /// The square of the distance to the box.
+    /// Squared distance to the box.
     fn away(&self, x: DVec3) -> f64 {
         x.distance_squared(x.clamp(self.low, self.high))
     }
@@ -178,7 +179,7 @@ pub(crate) fn closest_point(x: DVec3, &[a, b, c]: &[DVec3; 3]) -> DVec3 {
     a + (ab * vb + ac * vc) / (va + vb + vc)
 }
 
-/// The signed solid angle of a triangle (van Oosterom and Strackee 1983), positive where x is behind it.
+/// Signed solid angle of a triangle (van Oosterom and Strackee 1983), positive if x is behind it.
 pub(crate) fn solid_angle(x: DVec3, corners: &[DVec3; 3]) -> f64 {
     let [a, b, c] = corners.map(|p| p - x);
     let [la, lb, lc] = [a, b, c].map(DVec3::length);

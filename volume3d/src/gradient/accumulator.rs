@@ -1,4 +1,4 @@
-//! The sums of reverse mode: what samples add to the derivative by each parameter.
+//! Accumulators of reverse mode: sums of the derivatives by each parameter.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -13,7 +13,7 @@ use super::rows::Rows;
 use super::{ActiveParameters, ImplicitTangent, Progress, Stopped};
 use crate::scene::{ImplicitShape, Scene, TraceCounts};
 
-/// The sums over all parts of the work.
+/// Sums over all parts of the work.
 #[derive(Debug)]
 pub(super) struct Sums {
     shapes: Vec<ImplicitShape>,
@@ -24,28 +24,28 @@ pub(super) struct Sums {
     largest: Option<Contribution>,
 }
 
-/// The sums over one part, a row of the film or a chunk of samples, to which samples add one after the other.
+/// Sums over one part (a row of the film or a chunk of samples), to which samples are added in sequence.
 ///
-/// It has room for every parameter, but a part touches few of them: what it hands over is sparse, and the room serves the
-/// next part. There are no more of them than threads.
+/// The table has a row for every parameter, but a part touches few of them: its result is handed over sparse
+/// and the table is reused. There are no more tables than threads.
 #[derive(Debug)]
 pub(super) struct Accumulator {
     table: Vec<DVec3>,
-    /// The rows of the table that are not zero.
+    /// Nonzero rows of the table.
     touched: Vec<u32>,
-    /// Rows of the table that are positions.
+    /// Number of leading rows that hold positions.
     positions: u32,
-    /// What is added to the parameters of implicit surfaces: covectors of φ̇ and ∇φ̇ at points.
+    /// Contributions to the parameters of implicit surfaces: index, point x, and covector of (φ̇, ∇φ̇) at x.
     taps: Vec<(u32, DVec3, Jet<DVec3>)>,
-    /// What is added to where each stands.
+    /// Contributions to the placement of each implicit surface.
     placements: Vec<ImplicitTangent>,
-    /// What the current sample has added to positions.
+    /// Contributions of the current sample to positions.
     sample: Vec<(u32, DVec3)>,
     non_finite: Vec<NonFinite>,
     largest: Option<Contribution>,
 }
 
-/// What a part adds in all.
+/// Sums of one part.
 struct Part {
     rows: Vec<(u32, DVec3)>,
     taps: Vec<(u32, DVec3, Jet<DVec3>)>,
@@ -55,7 +55,7 @@ struct Part {
 }
 
 impl Sums {
-    /// Of nothing yet.
+    /// Empty sums.
     pub(super) fn new(scene: &Scene) -> Self {
         let rows = Rows::new(scene);
         let table = vec![DVec3::ZERO; rows.count()];
@@ -64,7 +64,7 @@ impl Sums {
         Self { shapes, rows, table, implicits, non_finite: vec![], largest: None }
     }
 
-    /// Adds so many parts, the same bit for bit at any number of threads.
+    /// Adds `parts` parts; the result has the same bits at any number of threads.
     pub(super) fn gather(
         &mut self,
         parts: usize,
@@ -95,7 +95,7 @@ impl Sums {
         })
     }
 
-    /// The gradient, with the covectors of computed normals handed on to positions.
+    /// The gradient, after covectors of computed normals are propagated to positions.
     pub(super) fn finish(self, scene: &Scene, active: &ActiveParameters) -> Gradient {
         let mut by_parameter = self.rows.tangent(&self.table);
         let implicits = self.implicits.into_iter().zip(&self.shapes);
@@ -126,7 +126,7 @@ impl Accumulator {
         }
     }
 
-    /// Adds what a covector of φ̇ and ∇φ̇ at x gives to an implicit surface.
+    /// Adds a covector of (φ̇, ∇φ̇) at x to the gradient of an implicit surface.
     pub(super) fn add_implicit(
         &mut self,
         implicit: u32,
@@ -141,7 +141,7 @@ impl Accumulator {
         }
     }
 
-    /// Adds to a row of the table.
+    /// Adds a covector to a row of the table.
     pub(super) fn add(&mut self, row: u32, covector: DVec3) {
         if covector == DVec3::ZERO {
             return;
@@ -156,31 +156,31 @@ impl Accumulator {
         *sum += covector;
     }
 
-    /// Reports a sample that is left out.
+    /// Records a non-finite sample, which is excluded.
     pub(super) fn leave_out(&mut self, at: NonFinite) {
         self.non_finite.push(at);
     }
 
-    /// Ends a sample, and keeps it if none before it has contributed more: Σ |·| of what it has added to each position,
-    /// in which parts of opposite sign cancel.
+    /// Ends a sample and keeps it if it contributes more than all before it. A contribution is Σ |·| over
+    /// positions of the net covector, in which terms of opposite sign cancel.
     pub(super) fn end_sample(&mut self, at: NonFinite, source: Source) {
         if self.sample.is_empty() {
             return;
         }
         let largest = self.largest.map_or(0.0, |largest| largest.amount);
         let bound: f64 = self.sample.iter().map(|(_, covector)| covector.abs().element_sum()).sum();
-        // What cannot be the largest need not be known exactly.
+        // The exact amount is needed only if the bound exceeds the largest so far.
         let amount = if bound > largest { net(&mut self.sample) } else { 0.0 };
         let sample = Contribution { among: 1, ..Contribution::new(at, source, amount) };
         Contribution::merge(&mut self.largest, Some(sample));
         self.sample.clear();
     }
 
-    /// Hands over what has been added, and is empty again.
+    /// Hands over the sums and empties the accumulator.
     fn take(&mut self) -> Part {
         let Self { table, touched, .. } = self;
         let sums = touched.drain(..).map(|row| (row, std::mem::take(&mut table[row as usize])));
-        // A sum that was zero in between is listed twice.
+        // A row whose sum passed through zero is listed twice.
         let rows = sums.filter(|(_, sum)| *sum != DVec3::ZERO).collect();
         self.sample.clear();
         let placements = self.placements.iter_mut().map(std::mem::take).collect();
@@ -241,7 +241,7 @@ mod tests {
         assert!(gradient.outlier().is_none(), "three samples have much each");
     }
 
-    /// Many parts take turns in few tables, which must be empty again each time.
+    /// Many parts reuse few tables, each of which must be empty again after every part.
     #[test]
     fn parts_add_up_and_leave_nothing_behind() {
         let parts = 200;

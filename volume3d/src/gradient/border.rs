@@ -1,4 +1,4 @@
-//! The borders of flat emitters, as they are seen from shading points (Theory 9).
+//! Boundary term of flat emitters' borders, as seen from shading points (Theory 9).
 
 use flatland::calculus::{Number, Vec3};
 use flatland::random::open01;
@@ -7,11 +7,11 @@ use super::differential::Differential;
 use crate::path::{BorderSample, Kernel, LightId, Paths, radiance_at};
 use crate::scene::Surface;
 
-/// ∮ f L (v_b − V)·ν over the border of a flat emitter as seen from `origin` on surface `from`: its motion beyond that of
-/// the warp, which need not know it. With it, silhouettes of what hides the emitter are all that the warp must follow, and
-/// its kernel may be as wide as the emitter.
+/// One-point estimate of ∮ f L (v_b − V)·ν over the border of a flat emitter as seen from `origin` on surface
+/// `from`: the border's motion relative to the warp, which therefore need not follow it. The warp must then
+/// follow only the silhouettes of occluders, and its kernel may be as wide as the emitter.
 ///
-/// One point of the border; nothing where it is hidden, or does not move.
+/// `None` where the point is occluded or does not move.
 pub(super) fn border<C: Differential>(
     calculus: &mut C,
     paths: &Paths<'_>,
@@ -46,12 +46,12 @@ pub(super) fn border<C: Differential>(
     let place = ends[0] + (ends[1] - ends[0]) * C::Number::constant(border.along);
     let material = (place - origin).normalized();
     let warped = calculus.warp(origin, from, direction, kernel);
-    // Tangent to the border on the sphere, and its outward normal.
+    // Tangent of the border on the sphere of directions, and its outward normal.
     let tangent = border.edge - border.edge.dot(direction) * direction;
     let across = direction.cross(tangent).try_normalize()?;
     let outward = if across.dot(border.inside - border.place) > 0.0 { -across } else { across };
     let normal = Vec3::constant(outward);
-    // Their values agree but for rounding, which counts for nothing; their derivatives are v_b and V.
+    // The values agree up to rounding and cancel; the derivatives are v_b and V.
     let speed = material.dot(normal) - warped.direction.dot(normal);
     let speed = speed - C::Number::constant(speed.value());
     if speed.is_still() {

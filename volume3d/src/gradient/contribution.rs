@@ -1,36 +1,36 @@
-//! The sample that contributes most to a gradient: heavy tails are seen while they are drawn.
+//! The sample with the largest contribution to a gradient, which reveals heavy tails.
 
 use super::non_finite::NonFinite;
 
-/// What a sample was drawn of.
+/// Kind of sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Source {
     /// A path from the camera.
     Path,
-    /// A point of a jump: of an edge, or of a curve on which interpolated normals make light jump.
+    /// A point of a discontinuity: of an edge, or of a curve on which interpolated normals are discontinuous.
     Jump,
 }
 
-/// A sample with at least this part of Σ |gradient| counts as an outlier,
+/// A sample counts as an outlier if it has at least this fraction of Σ |gradient|
 const OUTLIER_SHARE: f64 = 0.02;
-/// if it has at least so many times the part of one sample of as many that are alike.
+/// and at least this multiple of the average contribution of one sample.
 const OUTLIER_EXCESS: f64 = 256.0;
 
-/// What one sample contributes to a gradient.
+/// Contribution of one sample to a gradient.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contribution {
-    /// The column of its cell in the image; −1 and the width are beside it.
+    /// Column of the sample's cell; −1 and the image width are the cells outside it.
     pub column: isize,
-    /// The cell's row.
+    /// Row of the cell.
     pub row: isize,
-    /// The sample's number, among those of its cell or its jump.
+    /// Index of the sample within its cell or discontinuity.
     pub sample: usize,
-    /// How many samples there are in all; in reverse mode, how many contribute anything.
+    /// Number of samples in total; in reverse mode, of those that contribute.
     pub among: usize,
-    /// What it was drawn of.
+    /// Kind of sample.
     pub source: Source,
-    /// Σ |·| over pixels and channels of its part of the mean over samples; in reverse mode, over coordinates of
-    /// positions.
+    /// Σ |·| over pixels and channels of the sample's part of the mean over samples; in reverse mode, over
+    /// coordinates of positions.
     pub amount: f64,
 }
 
@@ -40,7 +40,7 @@ impl Contribution {
         Self { column, row, sample, among: 0, source, amount }
     }
 
-    /// Puts the larger of two in the place of the first, which stays if they are equal.
+    /// Replaces `kept` by `other` if that is larger; equal ones keep the first.
     pub(super) fn keep_larger(kept: &mut Option<Self>, other: Option<Self>) {
         if let Some(other) = other
             && kept.is_none_or(|k| other.amount > k.amount)
@@ -49,7 +49,7 @@ impl Contribution {
         }
     }
 
-    /// The larger of two, among the samples of both.
+    /// The larger of two, with `among` the sum of both.
     pub(super) fn merge(kept: &mut Option<Self>, other: Option<Self>) {
         let among = |one: Option<Self>| one.map_or(0, |c| c.among);
         let both = among(*kept) + among(other);
@@ -59,7 +59,7 @@ impl Contribution {
         }
     }
 
-    /// Itself, if tails are heavy: it has a large share of a whole.
+    /// `self` if it is an outlier, given its share of the whole.
     pub(super) fn if_outlier(self, share: f64) -> Option<Self> {
         (share >= OUTLIER_SHARE && share * self.among as f64 >= OUTLIER_EXCESS).then_some(self)
     }

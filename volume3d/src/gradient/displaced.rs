@@ -1,4 +1,4 @@
-//! A scene some way along a change.
+//! A scene displaced along a tangent.
 
 use glam::{DMat3, DQuat, DVec3};
 
@@ -7,10 +7,11 @@ use crate::geometry::Normals;
 use crate::scene::{Description, Environment, ImplicitShape, Light, Reflectance, Scene, SceneError};
 
 impl Tangent {
-    /// The scene at parameters θ + `step` · change. Positions move in straight lines, what turns turns.
+    /// The scene at parameters θ + `step` · change. Positions move along straight lines; rotations are
+    /// applied as rotations.
     ///
     /// # Errors
-    /// [`SceneError`] where a parameter leaves its range on the way, such as a negative radiance.
+    /// [`SceneError`] if a parameter leaves its range, such as a radiance that becomes negative.
     pub fn displaced(&self, scene: &Scene, step: f64) -> Result<Scene, SceneError> {
         let mut d: Description = scene.description().clone();
         for (s, shape) in d.shapes.iter_mut().enumerate() {
@@ -70,7 +71,7 @@ impl Tangent {
 }
 
 impl ImplicitTangent {
-    /// The surface some way along a change.
+    /// The implicit surface displaced by `step` · change.
     pub(super) fn displaced(&self, shape: &ImplicitShape, step: f64) -> Result<ImplicitShape, SceneError> {
         let mut displaced = shape.clone();
         if self.parameters.iter().any(|rate| *rate != 0.0) {

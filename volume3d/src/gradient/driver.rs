@@ -1,4 +1,4 @@
-//! Rows of cells, computed side by side and summed in order.
+//! Driver over the film: rows of cells computed in parallel and summed in order.
 
 use glam::DVec3;
 
@@ -13,22 +13,22 @@ use super::unit_weights::UnitWeights;
 use crate::Image;
 use crate::scene::{TraceCounts, lost_by_this_thread};
 
-/// The sums over a film.
+/// Sums over a film.
 pub(super) struct FilmSums<const K: usize> {
     pub(super) accumulator: FilmAccumulator<K>,
-    /// Auxiliary rays.
+    /// Number of auxiliary rays.
     pub(super) rays: u64,
     pub(super) non_finite: Vec<NonFinite>,
-    /// Rays that the samples of cells lost.
+    /// Lost rays by cell.
     lost: Vec<((usize, usize), u64)>,
-    /// The sample that contributes most to the derivative.
+    /// The sample with the largest contribution to the derivative.
     pub(super) largest: Option<Contribution>,
-    /// What the samples of each cell took, in rays.
+    /// Cost of each cell's samples, in rays.
     work: Vec<f64>,
 }
 
 impl<const K: usize> FilmSums<K> {
-    /// Rays that were lost, by the pixel whose samples lost them; those of cells beside the film count for the pixel next to them.
+    /// Lost rays by pixel; those of cells outside the image count for the nearest pixel.
     pub(super) fn lost_rays(&self, film: &FilmPlane) -> Option<Image> {
         if self.lost.is_empty() {
             return None;
@@ -44,33 +44,32 @@ impl<const K: usize> FilmSums<K> {
     }
 }
 
-/// Where the samples of a cell go.
+/// Destination of a cell's samples.
 pub(super) struct CellSink<'a, const K: usize> {
     pub(super) row_sums: &'a mut RowSums<K>,
     pub(super) non_finite: &'a mut Vec<NonFinite>,
     /// Auxiliary rays of the row.
     pub(super) rays: &'a mut u64,
-    /// What the samples of each cell of the row took, in rays.
+    /// Cost of each cell's samples, in rays.
     pub(super) work: &'a mut [f64],
     largest: &'a mut Option<Contribution>,
     progress: &'a Progress,
 }
 
 impl<const K: usize> CellSink<'_, K> {
-    /// Whether to leave: to be asked before every sample, as one cell may have any number of them. What a cell left
-    /// early has added is never looked at.
+    /// Whether the computation is cancelled. Ask before every sample, as one cell may have many; the partial
+    /// sums of a cancelled cell are discarded.
     pub(super) fn stopped(&self) -> bool {
         self.progress.stopped()
     }
 
-    /// Takes note of Σ |·| of what a path has added to the derivative.
+    /// Records Σ |·| of a path's contribution to the derivative.
     pub(super) fn contributed(&mut self, at: NonFinite, amount: f64) {
         Contribution::keep_larger(self.largest, Some(Contribution::new(at, Source::Path, amount)));
     }
 }
 
-/// Computes all rows of cells, each of so many samples. `begin` begins a row and returns what computes its
-/// cells.
+/// Computes all rows of cells. `begin` starts a row and returns the closure that computes its cells.
 pub(super) fn over_film<const K: usize, W>(
     film: &FilmPlane,
     (samples, weights): (usize, UnitWeights),
@@ -127,7 +126,7 @@ pub(super) fn over_film<const K: usize, W>(
     Ok(sums)
 }
 
-/// Quantities of a sample: radiance, total derivative, and with three lanes the terms.
+/// Quantities of one sample: radiance, total derivative, and, with three lanes, its terms.
 pub(super) fn quantities<const N: usize, const K: usize>(value: DVec3, channels: [[f64; N]; 3]) -> [f64; K] {
     let mut q = [0.0; K];
     for c in 0..3 {
@@ -142,7 +141,7 @@ pub(super) fn quantities<const N: usize, const K: usize>(value: DVec3, channels:
     q
 }
 
-/// What sums over a film mean.
+/// The result of sums over a film.
 pub(super) fn finish<const N: usize, const K: usize>(
     film: &FilmPlane,
     sums: FilmSums<K>,

@@ -1,5 +1,5 @@
-//! Monte Carlo edge sampling (Li, Aittala, Durand and Lehtinen 2018): the interior term by path tracing, the
-//! boundary terms by sampling edges.
+//! Monte Carlo edge sampling (Li, Aittala, Durand and Lehtinen 2018): interior term by path tracing, boundary
+//! terms by sampling edges.
 
 use glam::DVec3;
 
@@ -13,39 +13,41 @@ use super::{
 use crate::Image;
 use crate::scene::Scene;
 
-/// Derivatives by sampling edges.
+/// Derivatives by edge sampling.
 ///
-/// Besides edges it samples the curves that smooth shading brings: where a surface turns its other side to the camera
-/// or to an earlier point of the path, and the horizon of a face that turns.
+/// Besides edges it samples the discontinuities of smooth shading: curves on which a surface turns away from
+/// the camera or from an earlier path vertex, and the horizon of a moving face.
 ///
-/// Jumps seen from shading points are drawn where they arise: a point of an edge, and a line through it. Before emitters at least half of
-/// these points are ones whose shadows the film may show. Of other jumps few lines pass what is shown where that is a small part of a large
-/// world, and the secondary term is noisy; a receiver of a thousandth of its world's size is hardly ever found.
+/// Discontinuities seen from shading points are drawn from their source: a point of an edge, and a line
+/// through it. For direct light, at least half of these points are ones whose shadows may be visible on the
+/// film. For other light, few lines pass through the visible region if that is a small part of a large scene,
+/// and the secondary term is noisy; a receiver of 1/1000 the size of its scene is hardly ever found.
 ///
-/// Edges that lie on an emitter are followed where at most 64 shapes emit, or where edges times emitting
-/// shapes are at most 10⁷. In larger scenes their shadows are left out, which is **biased**.
+/// Edges that lie on an emitter are sampled if at most 64 shapes emit, or if edges × emitting shapes is at
+/// most 10⁷. In larger scenes their shadows are omitted, which is **biased**.
 #[derive(Clone, Debug)]
 pub struct EdgeSampling {
-    /// Paths a pixel for the interior term.
+    /// Paths per pixel for the interior term.
     pub samples: usize,
-    /// Samples of each kind of jump on the film, a pixel on average: edges, and sign changes of shading normals.
+    /// Mean samples per pixel of each kind of discontinuity on the film: edges, and sign changes of shading
+    /// normals.
     pub primary: usize,
-    /// Samples of each kind of jump seen from shading points, a pixel on average: edges before lights, borders of emitters as first points
-    /// see them, horizons, and sign changes of shading normals.
+    /// Mean samples per pixel of each kind of discontinuity seen from shading points: edges before lights,
+    /// borders of emitters seen from first hits, horizons, and sign changes of shading normals.
     pub secondary: usize,
-    /// Samples of edges before all else, before surfaces that reflect and a constant environment, as shading points see them, and of
-    /// borders of emitters as points see them after a bounce, a pixel on average.
+    /// Mean samples per pixel of edges seen from shading points in front of reflecting surfaces and a
+    /// constant environment, and of borders of emitters seen after a bounce.
     pub bounces: usize,
-    /// The seed of everything random.
+    /// Random seed.
     pub seed: u64,
-    /// Kinds of jumps whose motion may be left out, where nothing follows it: by default none, and scenes that have them
-    /// are refused where geometry moves.
+    /// Kinds of discontinuities whose motion may be omitted where no estimator covers it. Empty by default:
+    /// scenes that have them are refused if geometry moves.
     ///
-    /// Edge sampling is a sum: what changes between jumps, and the motion of every jump it follows. With V = 0 a
-    /// jump that is not followed takes nothing from the others and adds nothing to them: what is left out is a part of the
-    /// boundary term of paths that pass a mirror or a glass before the jump, of normals that a relief turns away, and of
-    /// shadows without a penumbra. (A warp would also slide still jumps of these kinds along, wherever it is not zero.) What
-    /// was left out is listed in [`GradientImage::left_out`] and [`Gradient::left_out`].
+    /// Edge sampling is a sum of the interior term and one boundary term for each discontinuity. As V = 0, a
+    /// missing discontinuity does not affect the others: the omitted terms are those of paths through a
+    /// mirror or glass before the discontinuity, of normals turned away by a bump map, and of shadows without
+    /// penumbra. (A warp, where nonzero, would also displace static discontinuities of these kinds.)
+    /// Omissions are listed in [`GradientImage::left_out`] and [`Gradient::left_out`].
     pub allow_missing: Vec<Missing>,
 }
 
@@ -56,11 +58,11 @@ impl Default for EdgeSampling {
 }
 
 impl EdgeSampling {
-    /// The derivative of every pixel along a change.
+    /// Derivative of every pixel along a tangent.
     ///
     /// # Errors
-    /// [`GradientError`]: `Unsupported` where geometry moves before ideal mirrors or under lights without extent,
-    /// `Tangent` if the change is of another scene, `Samples` if there are none, and `Stopped`.
+    /// [`GradientError`]: `Unsupported` if geometry moves in front of ideal mirrors or under lights without
+    /// extent, `Tangent` if the tangent belongs to another scene, `Samples` if there are none, and `Stopped`.
     pub fn forward(
         &self,
         scene: &Scene,
@@ -72,11 +74,10 @@ impl EdgeSampling {
         Ok(image)
     }
 
-    /// The same, with interior, primary and secondary term apart.
+    /// Like [`forward`](Self::forward), with interior, primary and secondary terms separate.
     ///
     /// # Errors
-    /// [`GradientError`]: `Unsupported` where geometry moves before ideal mirrors or under lights without extent,
-    /// `Tangent` if the change is of another scene, `Samples` if there are none, and `Stopped`.
+    /// As for [`forward`](Self::forward).
     pub fn forward_terms(
         &self,
         scene: &Scene,
@@ -101,13 +102,13 @@ impl EdgeSampling {
         Ok(image)
     }
 
-    /// Σ over pixels and channels of adjoint · dI/dθ, for every active parameter θ at once: the transpose of
+    /// Σ over pixels and channels of adjoint · dI/dθ, for every active parameter θ: the transpose of
     /// [`forward`](Self::forward), with the same random numbers if the active shapes are those that move.
     ///
     /// # Errors
-    /// [`GradientError`]: `Unsupported` where geometry is active before ideal mirrors or under lights without extent,
-    /// `Adjoint` if the adjoint has not the film's size, `Samples` if there are none, and
-    /// `Stopped`.
+    /// [`GradientError`]: `Unsupported` if geometry is active in front of ideal mirrors or under lights
+    /// without extent, `Adjoint` if the adjoint image differs from the film in size, `Samples` if there are
+    /// none, and `Stopped`.
     pub fn reverse(
         &self,
         scene: &Scene,

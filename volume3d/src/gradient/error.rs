@@ -1,4 +1,4 @@
-//! Why a gradient cannot be taken, or an image.
+//! Errors of gradients and rendering.
 
 use flatland::sdf::fields::FieldError;
 use flatland::warp::WarpError;
@@ -7,37 +7,37 @@ use super::progress::Stopped;
 use super::unsupported::Unsupported;
 use crate::scene::SceneError;
 
-/// Why there is no gradient, or no image.
+/// Reason why a gradient or an image cannot be computed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GradientError {
-    /// What is asked for cannot be differentiated.
+    /// The scene or parameter is not differentiable by this method.
     #[error(transparent)]
     Unsupported(#[from] Unsupported),
     /// A parameter of the warp is out of range.
     #[error(transparent)]
     Warp(#[from] WarpError),
-    /// The adjoint image has another size than the film.
+    /// The adjoint image and the film differ in size.
     #[error("the adjoint image is {} x {}, but the film {} x {}", found.0, found.1, film.0, film.1)]
     Adjoint {
-        /// Its columns and rows.
+        /// Columns and rows of the adjoint image.
         found: (usize, usize),
-        /// Those of the film.
+        /// Columns and rows of the film.
         film: (usize, usize),
     },
-    /// A change belongs to another scene.
-    #[error("the change is not one of this scene: its tables have other sizes")]
+    /// The tangent belongs to another scene.
+    #[error("the tangent belongs to another scene: its tables differ in size")]
     Tangent,
-    /// No samples.
-    #[error("at least {least} samples a pixel are needed, not {samples}")]
+    /// Too few samples.
+    #[error("at least {least} samples per pixel are needed, not {samples}")]
     Samples {
-        /// How many there are.
+        /// Number of samples given.
         samples: usize,
-        /// How many there must be.
+        /// Minimum number of samples.
         least: usize,
     },
-    /// A mean over jumps with a reach that is not positive.
-    #[error("the reach of the mean over jumps, {name}, must be positive and finite, not {reach}")]
+    /// The reach of a mean over discontinuities is not positive.
+    #[error("the reach {name} of the mean over discontinuities must be positive and finite, not {reach}")]
     Reach {
         /// Which reach: film or lobe.
         name: &'static str,
@@ -47,28 +47,28 @@ pub enum GradientError {
     /// A parameter of the field of implicit surfaces is out of range.
     #[error(transparent)]
     ImplicitField(#[from] FieldError),
-    /// A softened mean over jumps whose softness is negative or not a number.
-    #[error("the softness of the mean over jumps must be 0 or more pixels, not {softness}")]
+    /// The softness of a mean over discontinuities is negative or NaN.
+    #[error("the softness of the mean over discontinuities must be 0 or more pixels, not {softness}")]
     Softness {
-        /// The softness.
+        /// Its value.
         softness: f64,
     },
-    /// Samples are spread over another film.
-    #[error("the allocation of samples is not for a film of this size")]
+    /// The allocation of samples belongs to another film.
+    #[error("the sample allocation belongs to a film of another size")]
     Allocation,
-    /// A step of finite differences that is not positive.
+    /// The step of finite differences is not positive.
     #[error("the step of finite differences must be positive and finite, not {step}")]
     Step {
-        /// The step.
+        /// Its value.
         step: f64,
     },
-    /// A step of finite differences leads out of a parameter's range.
-    #[error("the step of finite differences leaves the scenes that can be rendered: {0}")]
+    /// A parameter leaves its range within the step of finite differences.
+    #[error("the step of finite differences leads to an invalid scene: {0}")]
     Scene(#[from] SceneError),
-    /// A method that only differentiates along one change.
+    /// The method has no reverse mode.
     #[error("finite differences have no reverse mode")]
     NoReverse,
-    /// Stopped on request.
+    /// Cancelled.
     #[error(transparent)]
     Stopped(#[from] Stopped),
 }

@@ -1,4 +1,4 @@
-//! Sums of samples over a film, with the variance of their mean.
+//! Film accumulator: sums of samples per pixel, with the variance of their mean.
 
 use std::collections::VecDeque;
 
@@ -9,7 +9,7 @@ use super::groups::{groups, parts, scatter_to_variance};
 use super::regions::RegionSums;
 use super::unit_weights::{Level, UnitWeights};
 
-/// What the samples of one row of cells add to the rows of pixels they reach: sums of K quantities, one for each
+/// Sums of K quantities that one row of cells contributes to the pixel rows it reaches, separate for each
 /// class of samples.
 #[derive(Clone, Debug)]
 pub(crate) struct RowSums<const K: usize> {
@@ -18,9 +18,9 @@ pub(crate) struct RowSums<const K: usize> {
     samples: usize,
     reach: usize,
     weights: UnitWeights,
-    /// By row of the neighbourhood, column and class.
+    /// Sums, by row of the neighbourhood, column and class.
     sums: Vec<[f64; K]>,
-    /// The same of weights, if they are wanted.
+    /// Sums of weights in the same order; empty if not needed.
     levels: Vec<Level>,
 }
 
@@ -32,14 +32,14 @@ impl<const K: usize> RowSums<K> {
         Self { columns: film.columns, classes, samples, reach, weights, sums: vec![[0.0; K]; size], levels }
     }
 
-    /// The class of the samples of a group in a cell.
+    /// Class of a group's samples in a cell.
     #[inline]
     pub(crate) fn class(&self, cell: (usize, usize), group: usize) -> usize {
         self.weights.class(cell, group)
     }
 
-    /// Adds the quantities of a sample of a class for the image's column x in row b of the neighbourhood, and
-    /// its weight there.
+    /// Adds the quantities of a sample of a class, and its weight, to image column x in row b of the
+    /// neighbourhood.
     pub(crate) fn add(&mut self, class: usize, b: usize, x: usize, quantities: &[f64; K], weight: f64) {
         for (sum, quantity) in self.at(class, b, x).iter_mut().zip(quantities) {
             *sum += quantity;
@@ -49,20 +49,20 @@ impl<const K: usize> RowSums<K> {
         }
     }
 
-    /// What has been added so far.
+    /// The sums so far.
     #[inline]
     pub(crate) fn at(&mut self, class: usize, b: usize, x: usize) -> &mut [f64; K] {
         &mut self.sums[(b * self.columns + x) * self.classes + class]
     }
 
-    /// The sum of weights so far, if they are wanted.
+    /// The sum of weights so far; `None` if not needed.
     #[inline]
     pub(crate) fn weight_at(&mut self, class: usize, b: usize, x: usize) -> Option<&mut f64> {
         self.levels.get_mut((b * self.columns + x) * self.classes + class).map(|level| &mut level[0])
     }
 
-    /// Adds the light of samples of a class in a cell of column i to the estimates of light near the pixels
-    /// around it.
+    /// Adds the radiance of a class's samples in a cell of column i to the local radiance estimates of the
+    /// surrounding pixels.
     pub(crate) fn add_light(&mut self, film: &FilmPlane, i: usize, class: usize, light: DVec3) {
         let Some(nearness) = self.weights.nearness() else { return };
         for (b, along) in nearness.iter().enumerate() {
@@ -78,24 +78,24 @@ impl<const K: usize> RowSums<K> {
     }
 }
 
-/// The whole image: the mean of each quantity and the variance of that mean.
+/// The whole image: mean of each quantity, and variance of that mean.
 ///
-/// Row sums come in order, and a row is complete when the last row sums that reach it have come: only the rows under
-/// way are kept by groups.
+/// Row sums arrive in order, and a pixel row is complete once the last row of cells that reaches it has
+/// arrived: only incomplete rows keep separate sums by group.
 #[derive(Clone, Debug)]
 pub(crate) struct FilmAccumulator<const K: usize> {
     pub(crate) mean: Vec<[f64; K]>,
     pub(crate) variance: Vec<[f64; K]>,
-    /// Of the derivative, or of the image if there is none.
+    /// Sums of the derivative, or of the image if there is no derivative.
     pub(crate) regions: RegionSums,
     open: VecDeque<Vec<[f64; K]>>,
     open_levels: VecDeque<Vec<Level>>,
-    /// Row sums yet to come before the first open row is one of the image.
+    /// Row sums still to come before the first open row is a row of the image.
     before: usize,
 }
 
 impl<const K: usize> FilmAccumulator<K> {
-    /// Where radiance, and after it its derivative, are among the quantities.
+    /// Index of the quantity whose regions are summed: the derivative if there is one, else radiance.
     const REGARDED: usize = if K > 3 { 3 } else { 0 };
 
     pub(crate) fn new(film: &FilmPlane, samples: usize) -> Self {
@@ -104,7 +104,7 @@ impl<const K: usize> FilmAccumulator<K> {
         Self { mean: vec![], variance: vec![], regions, open, open_levels, before }
     }
 
-    /// Adds the next row sums.
+    /// Adds the next row sums, in order.
     pub(crate) fn absorb(&mut self, row_sums: &RowSums<K>) {
         let &RowSums { columns, classes, samples, reach, weights, .. } = row_sums;
         let row = columns * classes;
@@ -134,7 +134,7 @@ impl<const K: usize> FilmAccumulator<K> {
     }
 }
 
-/// Adds rows to those that are open, of which there are `count` of a length.
+/// Adds rows to the `count` open rows.
 fn add_rows<'a, const K: usize>(
     open: &mut VecDeque<Vec<[f64; K]>>,
     added: impl Iterator<Item = &'a [[f64; K]]>,
@@ -153,7 +153,7 @@ fn add_rows<'a, const K: usize>(
     }
 }
 
-/// The mean over n samples of the sums of groups, and the variance of that mean.
+/// The mean over n samples from sums of groups, and the variance of that mean.
 fn statistics<const K: usize>(sums: &[[f64; K]], samples: usize) -> ([f64; K], [f64; K]) {
     let (mut mean, mut variance) = ([0.0; K], [0.0; K]);
     let factor = scatter_to_variance(samples);

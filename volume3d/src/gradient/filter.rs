@@ -1,10 +1,10 @@
-//! Filters of pixels.
+//! Pixel filters.
 
 use flatland::calculus::Number;
 
 use crate::scene::{Filter, GAUSSIAN_CUT};
 
-/// The filter along one axis, with integral 1.
+/// The filter along one axis, normalised to integral 1.
 #[inline]
 pub(super) fn weight<T: Number>(filter: Filter, x: T) -> T {
     match filter {
@@ -26,10 +26,10 @@ pub(super) fn weight<T: Number>(filter: Filter, x: T) -> T {
     }
 }
 
-/// The same of points side by side.
+/// [`weight`] at N points.
 #[inline(always)]
 pub(super) fn weights<const N: usize>(filter: Filter, x: &[f64; N]) -> [f64; N] {
-    // The filter is known before the loop, which has no branch.
+    // The match stands outside the loop, which has no branch.
     match filter {
         Filter::Box => [1.0; N],
         Filter::Tent { radius } => x.map(|x| weight(Filter::Tent { radius }, x)),
@@ -38,7 +38,7 @@ pub(super) fn weights<const N: usize>(filter: Filter, x: &[f64; N]) -> [f64; N] 
     }
 }
 
-/// ∫ of the filter along an axis from `low` to `high`.
+/// ∫ of the filter along one axis from `low` to `high`.
 pub(super) fn integral(filter: Filter, low: f64, high: f64) -> f64 {
     match filter {
         Filter::Box => (high.min(0.5) - low.max(-0.5)).max(0.0),
@@ -55,7 +55,7 @@ pub(super) fn integral(filter: Filter, low: f64, high: f64) -> f64 {
             if low >= high {
                 return 0.0;
             }
-            // Simpson's rule with steps of σ/512: an error of 3/180 (1/512)⁴ a standard deviation, 2 · 10⁻¹³.
+            // Simpson's rule with steps of σ/512: error 3/180 (1/512)⁴ per standard deviation, 2 · 10⁻¹³.
             let pairs = ((high - low) / deviation * 256.0).ceil() as usize;
             let step = (high - low) / (2 * pairs) as f64;
             let at = |k: usize| weight(filter, low + k as f64 * step);
@@ -64,8 +64,7 @@ pub(super) fn integral(filter: Filter, low: f64, high: f64) -> f64 {
             (at(0) + 4.0 * odd + 2.0 * even + at(2 * pairs)) * step / 3.0
         }
         Filter::Cubic { .. } | Filter::Lanczos { .. } => {
-            // Simpson's rule between whole numbers: cubics exactly, and sines with an error of
-            // (π/2048)⁴/180 an interval.
+            // Simpson's rule between integers: exact for cubics, error (π/2048)⁴/180 per interval for sines.
             let (low, high) = (low.max(-filter.radius()), high.min(filter.radius()));
             let mut knots: Vec<f64> = vec![low];
             knots.extend((-16..=16).map(f64::from).filter(|k| *k > low && *k < high));
@@ -85,7 +84,7 @@ fn simpson(f: impl Fn(f64) -> f64, low: f64, high: f64) -> f64 {
     (at(0) + 4.0 * odd + 2.0 * even + at(2 * PAIRS)) * step / 3.0
 }
 
-/// The spline of Mitchell and Netravali (1988, equation 8) and its slope, at x ≥ 0.
+/// The cubic of Mitchell and Netravali (1988, equation 8) and its slope, for x ≥ 0.
 fn cubic([b, c]: [f64; 2], x: f64) -> (f64, f64) {
     let [k, l, m, n] = if x < 1.0 {
         [12.0 - 9.0 * b - 6.0 * c, -18.0 + 12.0 * b + 6.0 * c, 0.0, 6.0 - 2.0 * b]
@@ -109,7 +108,7 @@ fn lanczos(lobes: u32, x: f64) -> (f64, f64) {
     (scale * wide * narrow, scale * PI * (wide_slope * narrow + wide * narrow_slope / a))
 }
 
-/// sin t/t and its slope. Up to 0.01 its series, of which the first term left out is t⁶/5040 < 10⁻¹⁵ and
+/// sin t/t and its slope. For |t| < 0.01 by series, whose first omitted terms are t⁶/5040 < 10⁻¹⁵ and
 /// t⁵/840 < 10⁻¹².
 fn sinc(t: f64) -> (f64, f64) {
     if t.abs() < 0.01 {
@@ -185,8 +184,8 @@ mod tests {
         }
     }
 
-    /// Values of `mi.load_dict({'type': …}).eval(x)` of Mitsuba 3.9.1, which are not divided by their
-    /// integrals.
+    /// Reference values: `mi.load_dict({'type': …}).eval(x)` of Mitsuba 3.9.1, which does not divide by the
+    /// integral.
     #[test]
     fn filters_with_negative_lobes_are_those_of_mitsuba() {
         let third = 1.0 / 3.0;
@@ -206,7 +205,7 @@ mod tests {
         }
     }
 
-    /// Slopes of the pieces against differences, on both sides of the centre and where the pieces meet.
+    /// Slopes of the pieces against finite differences, on both sides of the centre and at the knots.
     #[test]
     fn slopes_are_those_of_the_values() {
         let filters = [Filter::Cubic { b: 0.3, c: 0.4 }, Filter::Lanczos { lobes: 3 }];

@@ -16,18 +16,19 @@ use super::DIFFERENCE_PATH;
 use crate::path::{Kernels, Paths, Sequence};
 use crate::scene::Scene;
 
-/// Central finite differences.
+/// Central finite differences with common random numbers.
 ///
-/// The error has a part ~ h² that samples do not cure, and a standard error ~ (h n)^−½ wherever jumps move: a sample
-/// sees a jump move with probability ~ h, and then contributes ~ 1/h. It differentiates everything, mirrors and
-/// point lights too. Both sides have the same random numbers, and those are independent of [`render`](super::render)'s.
+/// The bias is O(h²), whatever the number of samples. Where discontinuities move, the standard error is O((h
+/// n)^−½): a sample sees a discontinuity move with probability O(h) and then contributes O(1/h). Everything
+/// is differentiated, mirrors and point lights included. Both sides share their random numbers, which are
+/// independent of those of [`render`](super::render).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FiniteDifference {
-    /// Samples a pixel, each traced twice.
+    /// Samples per pixel, each traced twice.
     pub samples: usize,
-    /// h, in units of the change's parameter.
+    /// Step h, in units of the tangent's parameter.
     pub step: f64,
-    /// The seed of everything random.
+    /// Random seed.
     pub seed: u64,
 }
 
@@ -38,10 +39,10 @@ impl Default for FiniteDifference {
 }
 
 impl FiniteDifference {
-    /// The derivative of every pixel along a change. The image that comes with it is the mean of both sides.
+    /// Derivative of every pixel along a tangent. The image returned with it is the mean of both sides.
     ///
     /// # Errors
-    /// [`GradientError`]: a step that is not positive, or that leads out of a parameter's range.
+    /// [`GradientError`] if the step is not positive or leads out of a parameter's range.
     pub fn forward(
         &self,
         scene: &Scene,
@@ -70,8 +71,8 @@ impl FiniteDifference {
         Ok(image)
     }
 
-    /// The random numbers of a sample, which no other cell has: where cells share them, an edge that is
-    /// parallel to rows of pixels passes samples of all of them at once or none.
+    /// Random numbers of a sample, separate for every cell: if cells shared them, an edge parallel to rows of
+    /// pixels would cross samples of all cells at once or of none.
     fn numbers(&self, (i, j): (usize, usize), sample: usize) -> Sequence {
         let group = group(sample, self.samples);
         let address = [i as u64, j as u64, group as u64, DIFFERENCE_PATH];

@@ -1,4 +1,4 @@
-//! Points that warps follow.
+//! Points to which a warp attaches its velocity.
 
 use flatland::warp::Domain as _;
 use glam::DVec3;
@@ -7,55 +7,57 @@ use super::nearest_jump::Nearest;
 use crate::Sphere;
 use crate::scene::{Hit, MaterialPoint, Scene, Surface};
 
-/// A point that a warp follows: what an auxiliary ray hit, or a point of a curve.
+/// A point that a warp follows: the hit of an auxiliary ray, or a point of a curve.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FollowedPoint {
     pub(crate) followed: Followed,
-    /// How far away it is.
+    /// Distance from the viewpoint.
     pub(crate) distance: f64,
-    /// The direction in which it is seen.
+    /// Direction in which it is seen.
     pub(crate) direction: DVec3,
-    /// 1 − B: velocities may fade away from jumps, and the field stays continuous and consistent.
+    /// 1 − B, with B the boundary function: velocities may fade away from discontinuities; the field stays
+    /// continuous and consistent.
     pub(crate) falloff: f64,
-    /// The normal of the face it is seen from, where the jump nearest to it is that face's horizon.
+    /// Normal of the face it is seen from, if the nearest discontinuity is that face's horizon.
     ///
-    /// What ends there may be as near as the face's own edges, and moves along the horizon as fast as it likes, v/t: such
-    /// velocities have no variance, and no effect. The horizon itself moves only across.
+    /// Points near the horizon may be as close as the face's own edges, and move along it with unbounded
+    /// velocity v/t. That component has no effect but infinite variance, so only the component across the
+    /// horizon is kept.
     pub(crate) horizon: Option<DVec3>,
 }
 
-/// What a point moves with.
+/// Attachment of a point: the object that it moves with.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Followed {
-    /// Nothing: a ray left the scene.
+    /// Nothing: the ray left the scene.
     Nothing,
-    /// Matter of a triangle.
+    /// A material point of a triangle.
     Material(MaterialPoint),
     /// A point of an edge of a mesh.
     Edge {
-        /// Between which positions.
+        /// Indices of the edge's positions.
         ends: [u32; 2],
-        /// How far it is from the first of them on the way to the other.
+        /// Position along the edge, from 0 at the first end to 1.
         along: f64,
     },
-    /// A level set of an implicit surface, which moves with G = −φ̇ ∇φ/|∇φ|².
+    /// A level set of an implicit surface, with velocity G = −φ̇ ∇φ/|∇φ|².
     LevelSet {
-        /// Which surface.
+        /// Index of the surface.
         implicit: u32,
-        /// Where.
+        /// The point.
         x: DVec3,
     },
-    /// A crossing, and how far along it the point is.
+    /// A point of a crossing.
     Crossing {
-        /// Which.
+        /// Index of the crossing.
         index: u32,
-        /// From 0 to 1.
+        /// Position along it, from 0 to 1.
         along: f64,
     },
 }
 
 impl FollowedPoint {
-    /// What a ray from a point hit, or did not.
+    /// The hit or miss of a ray from a point.
     pub(crate) fn by_ray(
         scene: &Scene,
         hit: Option<Hit>,
@@ -73,7 +75,7 @@ impl FollowedPoint {
         Self { followed, distance, direction, falloff, horizon: None }
     }
 
-    /// The angular velocity that counts, from the velocity of the point beyond the viewer's.
+    /// Angular velocity of the point, from its velocity relative to the viewer.
     pub(crate) fn angular(&self, velocity: DVec3) -> DVec3 {
         let apparent = match self.horizon {
             None => velocity,
@@ -82,7 +84,7 @@ impl FollowedPoint {
         Sphere::project(self.direction, apparent) * (self.falloff / self.distance)
     }
 
-    /// The transpose: what a covector of the angular velocity gives to the velocity.
+    /// Transpose of [`angular`](Self::angular): covector of the velocity, from that of the angular velocity.
     pub(crate) fn angular_transpose(&self, covector: DVec3) -> DVec3 {
         let c = Sphere::project(self.direction, covector) * (self.falloff / self.distance);
         match self.horizon {
@@ -91,8 +93,9 @@ impl FollowedPoint {
         }
     }
 
-    /// The same point, moving with the nearest point of a crossing, where that is the nearest jump and near: the curve
-    /// slides over both of its surfaces, and velocities of hits must be its own where their weight has no bound.
+    /// This direction, attached to the nearest point of a crossing where that is the nearest
+    /// discontinuity: the curve slides over both of its surfaces, and velocities must be the curve's own
+    /// where weights are unbounded.
     pub(crate) fn or_crossing(self, nearest: Nearest, falloff: f64) -> Self {
         match nearest.crossing {
             Some((index, along)) if falloff > 0.0 => {
@@ -108,7 +111,7 @@ impl Followed {
         matches!(self, Self::Nothing)
     }
 
-    /// Its velocity, from those of all positions of meshes, which move no level set.
+    /// Velocity of the point from the velocities of all mesh positions; zero for level sets.
     #[inline]
     pub(crate) fn velocity(&self, scene: &Scene, velocities: &[DVec3]) -> DVec3 {
         match self {
@@ -123,7 +126,7 @@ impl Followed {
         }
     }
 
-    /// The transpose: what a covector of its velocity gives to that of each position.
+    /// Transpose of [`velocity`](Self::velocity): hands each position its part of a covector.
     pub(crate) fn scatter(&self, scene: &Scene, covector: DVec3, mut add: impl FnMut(u32, DVec3)) {
         match self {
             Self::Nothing | Self::LevelSet { .. } => {}

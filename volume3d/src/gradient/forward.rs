@@ -1,4 +1,4 @@
-//! Forward mode: numbers with the derivative along one change.
+//! Forward mode: dual numbers with the derivative along one tangent.
 
 use flatland::calculus::{Dual, Number, Rgb, Vec3};
 use flatland::random::Stream;
@@ -15,27 +15,27 @@ use super::motion::Motion;
 use crate::path::{BorderSample, Calculus, CameraMotion, Kernel, Warped};
 use crate::scene::{Hit, Scene, Surface};
 
-/// Which part of a derivative a tangent is. With three lanes the terms are kept apart:
+/// Lane of a dual number. Three lanes keep the terms apart:
 ///
-/// - interior: everything moves, no sample does;
-/// - primary: what the warp of the film moves, down the whole path;
-/// - secondary: what the warps at bounces move, with the motion of scene and shading points they see.
+/// - interior: all parameters change, no sample moves;
+/// - primary: motion by the warp of the film, along the whole path;
+/// - secondary: motion by the warps at bounces, with the motion of scene and shading points.
 ///
-/// With one lane they are summed.
+/// One lane holds their sum.
 const INTERIOR: usize = 0;
 const PRIMARY: usize = 1;
 const SECONDARY: usize = 2;
 
-/// The calculus of N-lane dual numbers. N is 1 or 3.
+/// N-lane dual numbers, N = 1 or 3.
 #[derive(Debug)]
 pub(crate) struct Forward<'s, const N: usize> {
     pub(crate) scene: &'s Scene,
     pub(crate) motion: &'s Motion<'s>,
-    /// `None` is no warp at all: the interior term alone.
+    /// `None` for no warp: the interior term alone.
     pub(crate) auxiliary: Option<Auxiliary<'s>>,
 }
 
-/// A number that changes at a rate of its own.
+/// A number with a given rate.
 fn moving<const N: usize>(value: f64, rate: f64) -> Dual<N> {
     let mut tangent = [0.0; N];
     tangent[INTERIOR] = rate;
@@ -46,7 +46,7 @@ fn moving3<const N: usize>(value: DVec3, rate: DVec3) -> Vec3<Dual<N>> {
     Vec3::new(moving(value.x, rate.x), moving(value.y, rate.y), moving(value.z, rate.z))
 }
 
-/// A vector of value 0, if it changes.
+/// A vector of value 0 with a given rate; `None` if the rate is 0.
 fn turning<const N: usize>(rate: DVec3) -> Option<Vec3<Dual<N>>> {
     (rate != DVec3::ZERO).then(|| moving3(DVec3::ZERO, rate))
 }
@@ -128,7 +128,8 @@ impl<const N: usize> Calculus for Forward<'_, N> {
         moving3(self.scene.normals[i], self.motion.normals[i])
     }
 
-    /// x follows the level set, ẋ − ω (φ̇ + ∇φ·ẋ)/(∇φ·ω), and ∇φ changes with it and by itself.
+    /// x and ∇φ on the moving level set: ẋ − ω (φ̇ + ∇φ·ẋ)/(∇φ·ω), and ∇φ changes with x and with the
+    /// parameters.
     fn level_set(&self, implicit: u32, x: Vec3<Dual<N>>, direction: DVec3) -> (Vec3<Dual<N>>, Vec3<Dual<N>>) {
         let shape = &self.scene.implicits()[implicit as usize];
         let at = x.value();
@@ -208,7 +209,7 @@ impl<const N: usize> Calculus for Forward<'_, N> {
         let paths = self.auxiliary.as_ref()?.paths;
         let mut sample = border(self, paths, origin, from, shape, kernel)?;
         if N > 1 {
-            // A jump that moves is no part of the interior term.
+            // Motion of a discontinuity does not belong to the interior term.
             sample.speed.tangent[SECONDARY] += sample.speed.tangent[INTERIOR];
             sample.speed.tangent[INTERIOR] = 0.0;
         }
@@ -239,7 +240,7 @@ impl<const N: usize> Calculus for Forward<'_, N> {
         let scene = self.scene;
         let mut warped = still;
         for l in 0..N {
-            // The interior lane is not warped; one lane alone holds all.
+            // The interior lane is not warped; a single lane holds all terms.
             let origin_rate = match l {
                 INTERIOR if N == 1 => rates[INTERIOR],
                 INTERIOR => continue,

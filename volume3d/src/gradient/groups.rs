@@ -1,6 +1,6 @@
-//! Which samples share random numbers, and which are independent.
+//! Groups of samples: which share random numbers, and which are independent.
 //!
-//! Cells of an image have numbers of their own; cells of a gradient share theirs in squares.
+//! Each cell of an image has its own random numbers; cells of a gradient share theirs within squares.
 
 use std::cell::OnceCell;
 use std::ops::Range;
@@ -10,55 +10,55 @@ use rand::Rng as _;
 
 use crate::path::{Draws, PreparedSequence, Sequence};
 
-/// The samples of a cell are this many groups. Samples within a group are stratified against one another; groups
-/// are independent, and their spread is the standard error.
+/// Number of groups of a cell's samples. Samples of one group are stratified against one another; groups are
+/// independent, and the standard error is estimated from their spread.
 pub(super) const GROUPS: usize = 8;
 
-/// Cells in squares of this many a side share the random numbers of a gradient: places within the cell and
+/// Side, in cells, of the squares that share a gradient's random numbers: positions within the cell, and
 /// paths.
 ///
-/// A pixel's derivative weighs the radiance on both sides of it with opposite signs, h′ V. That is where
-/// antithetic samples on the film help (Bangaru et al. 2020); but samples that are reflected through one pixel's
-/// centre serve that pixel alone. As Σ h(u + k) over whole pixels k is 1, noise that cells have in common drops out
-/// of the derivative of all pixels at once. The price is noise that is correlated within a square.
+/// A pixel's derivative weighs the radiance on its two sides with opposite signs, h′ V. Antithetic samples on
+/// the film help there (Bangaru et al. 2020), but samples reflected at one pixel's centre serve only that
+/// pixel. As Σ h(u + k) over integer offsets k is 1, noise common to neighbouring cells cancels in the
+/// derivatives of all pixels at once. The price is noise that is correlated within a square.
 pub(super) const TILE: usize = 16;
 
-/// Number of groups: 8, or one a sample if there are fewer samples.
+/// Number of groups: 8, or one per sample if there are fewer samples.
 pub(super) fn groups(samples: usize) -> usize {
     samples.min(GROUPS)
 }
 
-/// The samples of a group: groups differ by one sample at most.
+/// Samples of a group; group sizes differ by at most one.
 pub(super) fn group_range(group: usize, samples: usize) -> Range<usize> {
     let start = |group: usize| group * samples / groups(samples);
     start(group)..start(group + 1)
 }
 
-/// Samples of the largest group.
+/// Size of the largest group.
 pub(super) fn group_size(samples: usize) -> usize {
     samples.div_ceil(GROUPS).max(1)
 }
 
-/// The group of a sample: the last that begins at it or before.
+/// Group of a sample.
 pub(super) fn group(sample: usize, samples: usize) -> usize {
     ((sample + 1) * groups(samples) - 1) / samples
 }
 
-/// The parts nₖ/n that groups are of all samples.
+/// Fractions nₖ/n of the samples in each group.
 pub(super) fn parts(samples: usize) -> impl Iterator<Item = f64> + Clone {
     (0..groups(samples)).map(move |k| group_range(k, samples).len() as f64 / samples as f64)
 }
 
-/// What Σₖ (sₖ − nₖ m)² is to be multiplied with for the variance of m, the mean of all samples, if sₖ are the sums of groups: infinite for
-/// one group.
+/// Factor from Σₖ (sₖ − nₖ m)² to the variance of m, with sₖ the sums of groups and m the mean of all
+/// samples; infinite for one group.
 ///
-/// With a variance nₖ σ² of each sum the expectation is σ² (n − Σ nₖ²/n), and the variance of m is σ²/n.
+/// If the sums have variances nₖ σ², the expectation is σ² (n − Σ nₖ²/n), and the variance of m is σ²/n.
 pub(super) fn scatter_to_variance(samples: usize) -> f64 {
     let squares: f64 = parts(samples).map(|part| part * part).sum();
     if squares < 1.0 { 1.0 / ((samples as f64).powi(2) * (1.0 - squares)) } else { f64::INFINITY }
 }
 
-/// The random numbers of a sample.
+/// Random numbers of a sample.
 pub(super) fn numbers(
     seed: u64,
     (i, j): (usize, usize),
@@ -75,30 +75,29 @@ fn address((i, j): (usize, usize), group: usize, purpose: u64) -> [u64; 4] {
     [i as u64, j as u64, group as u64, purpose]
 }
 
-/// Sequences that are made once, by group of samples.
+/// Prepared sequences, by group of samples.
 #[derive(Default)]
 struct Nets {
     samples: usize,
-    /// Paths of a sample: all those of a group are stratified against one another.
+    /// Paths per sample; all paths of a group are stratified against one another.
     paths: usize,
-    /// Pairs of a path that are made ahead of time.
+    /// Pairs prepared per path.
     depth: usize,
-    /// Made when first asked for.
+    /// Sequences, prepared when first needed.
     groups: Vec<OnceCell<PreparedSequence>>,
 }
 
-/// Most pairs that are kept: 16 MiB of them.
+/// Largest number of prepared pairs: 16 MiB.
 const MOST_PREPARED: usize = 1 << 20;
 
 impl Nets {
-    /// `paths` per sample, each drawing about `pairs` pairs.
+    /// `paths` per sample, each drawing about `pairs` 2-D samples.
     fn new(samples: usize, paths: usize, pairs: usize) -> Self {
         let groups = (0..groups(samples)).map(|_| OnceCell::new()).collect();
         Self { samples, paths, depth: pairs.min(MOST_PREPARED / (samples * paths)), groups }
     }
 
-    /// The group of a sample, and the numbers of one of its paths, given the address of the sequence of a
-    /// group.
+    /// Group of a sample and random numbers of one of its paths, given the address of a group's sequence.
     fn of(
         &self,
         seed: u64,
@@ -114,24 +113,24 @@ impl Nets {
     }
 }
 
-/// The random numbers of all samples of a cell, those that cells share made once for them all.
+/// Random numbers of a cell's samples; those that cells share are prepared once.
 pub(super) struct CellNumbers {
     seed: u64,
     purpose: u64,
     paths: usize,
     pairs: usize,
-    /// The square of the cell that has been prepared, and its sequences.
+    /// The prepared square of cells, and its sequences.
     place: (usize, usize),
     nets: Nets,
 }
 
 impl CellNumbers {
-    /// `paths` per sample, each drawing about `pairs` pairs.
+    /// `paths` per sample, each drawing about `pairs` 2-D samples.
     pub(super) fn new(seed: u64, purpose: u64, paths: usize, pairs: usize) -> Self {
         Self { seed, purpose, paths, pairs, place: (0, 0), nets: Nets::default() }
     }
 
-    /// Begins those of a cell with so many samples.
+    /// Prepares a cell with the given number of samples.
     pub(super) fn prepare(&mut self, (i, j): (usize, usize), samples: usize) {
         let place = (i / TILE, j / TILE);
         if self.nets.samples != samples || self.place != place {
@@ -139,16 +138,16 @@ impl CellNumbers {
         }
     }
 
-    /// The group of a sample, and the numbers of one of its paths in the cell that has been prepared; of the
-    /// only one they are its [`numbers`], bit for bit.
+    /// Group of a sample and random numbers of one of its paths in the prepared cell; with one path they
+    /// equal [`numbers`], bit for bit.
     pub(super) fn of(&self, sample: usize, path: usize) -> (usize, Draws<'_>) {
         self.nets.of(self.seed, (sample, path), |group| address(self.place, group, self.purpose))
     }
 }
 
-/// The random numbers of an image: all cells share sequences, which each shifts by numbers of its own.
-/// Samples of different cells are uncorrelated, and neighbouring pixels have no noise in common but that of
-/// samples that both see.
+/// Random numbers of an image: all cells share sequences, each with its own digital shift. Samples of
+/// different cells are uncorrelated; neighbouring pixels share only the noise of samples in both of their
+/// filters.
 pub(super) struct ImageNumbers {
     seed: u64,
     purpose: u64,
@@ -156,17 +155,17 @@ pub(super) struct ImageNumbers {
 }
 
 impl ImageNumbers {
-    /// `samples` per cell, each drawing about `pairs` pairs.
+    /// `samples` per cell, each drawing about `pairs` 2-D samples.
     pub(super) fn new(seed: u64, purpose: u64, samples: usize, pairs: usize) -> Self {
         Self { seed, purpose, nets: Nets::new(samples, 1, pairs) }
     }
 
-    /// Key by which a cell shifts the common sequence.
+    /// Key of a cell's shift of the common sequence.
     pub(super) fn key(&self, (i, j): (usize, usize)) -> u64 {
         stream(self.seed, &[i as u64, j as u64, self.purpose]).next_u64()
     }
 
-    /// The group of a sample, and its numbers in the cell with a key.
+    /// Group of a sample, and its random numbers in the cell with a key.
     pub(super) fn of(&self, key: u64, sample: usize) -> (usize, Draws<'_>) {
         let (group, numbers) =
             self.nets.of(self.seed, (sample, 0), |group| [0, 0, group as u64, self.purpose]);
@@ -178,7 +177,7 @@ impl ImageNumbers {
 mod tests {
     use super::*;
 
-    /// Of 8 samples on there are 8 groups, which differ by one sample at most.
+    /// From 8 samples on there are 8 groups, whose sizes differ by at most one.
     #[test]
     fn groups_are_eight_of_nearly_one_size() {
         for samples in 1..300 {
@@ -197,7 +196,7 @@ mod tests {
         }
     }
 
-    /// Whatever is kept, and however few pairs.
+    /// Holds for any number of prepared pairs.
     #[test]
     fn kept_numbers_are_those_of_the_cell() {
         let mut kept = CellNumbers::new(3, 1, 1, 2);
@@ -213,7 +212,7 @@ mod tests {
         }
     }
 
-    /// Of means of independent numbers, whatever their number: as often as not a last group is smaller.
+    /// Variances of means of independent numbers, for any number of samples; often the groups differ in size.
     #[test]
     fn variances_are_told_without_bias() {
         const RUNS: usize = 20_000;
@@ -230,7 +229,8 @@ mod tests {
                 told += scatter * scatter_to_variance(samples) / RUNS as f64;
             }
             let ratio = told * 12.0 * samples as f64;
-            // A variance from g groups scatters by the root of 2/(g − 1) at most: 1.4/√20,000, five times.
+            // The relative standard deviation of a variance from g groups is at most √(2/(g − 1)); tolerance:
+            // five times 1.4/√20,000.
             assert!((ratio - 1.0).abs() < 0.05, "{samples}: {ratio}");
         }
         assert!(scatter_to_variance(1).is_infinite());

@@ -1,79 +1,79 @@
-//! How an implicit surface changes: its parameters, and where it stands.
+//! Tangents of implicit surfaces: parameters and placement.
 
 use flatland::sdf::{Jet, Sdf as _, SecondOrder};
 use glam::DVec3;
 
 use crate::scene::ImplicitShape;
 
-/// Rates of an implicit surface; and, as its dual, a gradient.
+/// Rates of an implicit surface; as the dual, its gradient.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ImplicitTangent {
-    /// Of its [parameters](flatland::sdf::shapes::Parametric::parameters).
+    /// Rates of its [parameters](flatland::sdf::shapes::Parametric::parameters).
     pub parameters: Vec<f64>,
-    /// Of where it stands, scene units.
+    /// Velocity of its origin, scene units.
     pub translation: DVec3,
-    /// Angular velocity about where it stands, radians.
+    /// Angular velocity about its origin, radians.
     pub rotation: DVec3,
 }
 
 impl ImplicitTangent {
-    /// No change of a surface.
+    /// The zero tangent of a surface.
     #[must_use]
     pub fn still(shape: &ImplicitShape) -> Self {
         Self { parameters: vec![0.0; shape.surface.dimension()], ..Self::default() }
     }
 
-    /// Turns the surface about an axis through `centre`, right-handed, by |w| radians: ẋ = w × (x − c).
+    /// Adds a rotation about an axis through `centre`, right-handed, by |w| radians: ẋ = w × (x − c).
     pub fn rotate(&mut self, shape: &ImplicitShape, centre: DVec3, angular_velocity: DVec3) {
         self.rotation += angular_velocity;
         self.translation += angular_velocity.cross(shape.placement.translation - centre);
     }
 
-    /// Whether nothing changes.
+    /// Whether all rates are zero.
     #[must_use]
     pub fn is_still(&self) -> bool {
         let Self { parameters, translation, rotation } = self;
         *translation == DVec3::ZERO && *rotation == DVec3::ZERO && parameters.iter().all(|p| *p == 0.0)
     }
 
-    /// The same change with ċ for θ̇: the rates of the numbers that the surface is [made of](flatland::sdf::shapes::Parametric), of which
-    /// it is asked at every point.
+    /// This change with ċ in place of θ̇: rates of the [coefficients](flatland::sdf::shapes::Parametric)
+    /// from which φ is evaluated.
     pub(super) fn pushed_forward(&self, shape: &ImplicitShape) -> Self {
         Self { parameters: shape.surface.push_forward(&self.parameters), ..*self }
     }
 
-    /// The transpose.
+    /// Transpose of [`pushed_forward`](Self::pushed_forward).
     pub(super) fn pulled_back(self, shape: &ImplicitShape) -> Self {
         Self { parameters: shape.surface.pull_back(self.parameters), ..self }
     }
 
-    /// No gradient yet by the numbers that the surface is made of.
+    /// The zero gradient by the coefficients.
     pub(super) fn no_gradient(shape: &ImplicitShape) -> Self {
         Self { parameters: vec![0.0; shape.parameter_count()], ..Self::default() }
     }
 
-    /// The sum of products of all rates.
+    /// Sum of products of all rates.
     pub(super) fn dot(&self, other: &Self) -> f64 {
         let parameters = self.parameters.iter().zip(&other.parameters).map(|(a, b)| a * b).sum::<f64>();
         parameters + self.translation.dot(other.translation) + self.rotation.dot(other.rotation)
     }
 
-    /// Adds another, rate by rate.
+    /// Adds another tangent.
     pub(super) fn add(&mut self, other: &Self) {
         self.parameters.iter_mut().zip(&other.parameters).for_each(|(a, b)| *a += b);
         self.translation += other.translation;
         self.rotation += other.rotation;
     }
 
-    /// Adds so much of another, rate by rate.
+    /// Adds `scale` times another tangent.
     pub(crate) fn add_scaled(&mut self, scale: f64, other: &Self) {
         self.parameters.iter_mut().zip(&other.parameters).for_each(|(a, b)| *a += scale * b);
         self.translation += scale * other.translation;
         self.rotation += scale * other.rotation;
     }
 
-    /// φ̇ and ∇φ̇ at x of a change that is [pushed forward](Self::pushed_forward), where φ is known to second order: with u = v + w × (x − p), that a rigid motion gives −∇φ·u and
-    /// −∇²φ u + w × ∇φ.
+    /// φ̇ and ∇φ̇ at x, for a change that is [pushed forward](Self::pushed_forward) and given φ to second
+    /// order. With u = v + w × (x − p), the rigid motion contributes −∇φ·u and −∇²φ u + w × ∇φ.
     pub(super) fn rate(&self, shape: &ImplicitShape, x: DVec3, there: &SecondOrder<DVec3>) -> Jet<DVec3> {
         let (v, w) = (self.translation, self.rotation);
         let moved = there.advected(v + w.cross(x - shape.placement.translation));
@@ -81,7 +81,7 @@ impl ImplicitTangent {
         shape.rate(x, &self.parameters) + Jet { value: -moved.value, gradient: turned - moved.gradient }
     }
 
-    /// The transpose but for the parameters: what a covector of (φ̇, ∇φ̇) at x gives to the rigid motion.
+    /// Transpose of [`rate`](Self::rate) for the rigid motion: adds the part of a covector of (φ̇, ∇φ̇) at x.
     pub(super) fn scatter_motion(
         &mut self,
         shape: &ImplicitShape,

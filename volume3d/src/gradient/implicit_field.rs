@@ -1,48 +1,53 @@
-//! Which field follows the silhouettes of implicit surfaces.
+//! Warp fields for the silhouettes of implicit surfaces.
 
 use flatland::sdf::fields::{BangaruField, FieldError, TracedField, ViciniField};
 
 use crate::Sphere;
 
-/// The field of implicit surfaces within the mean over jumps: what of a ray's sphere tracer stands for the silhouettes near it.
+/// Weights of sphere-tracing points in the mean over discontinuities: how silhouettes of implicit surfaces
+/// enter the field.
 ///
-/// With G = −φ̇ ∇φ/|∇φ|² the velocity of the level sets at the points x_i = x + t_i u of the tracer, ∫ K and ∫ ḃ K the
-/// integrals over the edges of meshes (see [`Field::JumpMean`](super::Field::JumpMean)), and c₀ their floor, 2π over their reach,
+/// Let G = −φ̇ ∇φ/|∇φ|² be the velocity of the level sets at the tracer's points x_i = x + t_i u, ∫ K and ∫ ḃ
+/// K the integrals over mesh edges (see [`Field::JumpMean`](super::Field::JumpMean)), and c₀ their floor, 2π
+/// divided by their reach. Then
 ///
 /// > V = (∫ ḃ K + Σ κ_i G_i/t_i) / (∫ K + Σ κ_i + c₀),
 ///
-/// where Σ κ grows without bound at the silhouettes of its surface, and is finite at those of others: V is the velocity of
-/// whichever silhouette is at u, and follows them all.
+/// where Σ κ diverges at silhouettes of its own surface and is finite at those of others: at any silhouette V
+/// equals that silhouette's velocity.
 ///
-/// Neither takes corners, or grids whose ∇φ jumps between cells, and both are biased by the tracer's
-/// [tolerance](crate::scene::Description::tracer). [Auxiliary rays](super::Field::AuxiliaryRays) follow implicit surfaces without either.
+/// Neither variant supports corners, or grids whose ∇φ is discontinuous between cells, and both are biased by
+/// the tracer's [tolerance](crate::scene::Description::tracer). [Auxiliary rays](super::Field::AuxiliaryRays)
+/// follow implicit surfaces without either limitation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ImplicitField {
-    /// One point of the ray, the mean of the tracer's points with the weights of Vicini et al. (2022), the default: it takes
-    /// the fewest looks at φ, and its variance was the least of those tried.
+    /// One point per ray, the mean of the tracer's points with the weights of Vicini et al. (2022). The
+    /// default: fewest evaluations of φ, and the least variance of those tried.
     ///
-    /// κ = c₀ (c/r − 1)₊, with r = |φ|/t there, about the angle to the silhouette: alone, V = (1 − r/c)₊ G/t.
+    /// κ = c₀ (c/r − 1)₊, with r = |φ|/t at that point approximating the angle to the silhouette; without
+    /// meshes, V = (1 − r/c)₊ G/t.
     Vicini {
-        /// c, in radians: how far from a silhouette V is not 0. 0.1 unless there is a reason; 0.01 is what the paper has, with three
-        /// times the variance on a ball.
+        /// c, in radians: distance from a silhouette within which V is nonzero. Default 0.1; the paper's
+        /// value 0.01 had three times the variance on a ball.
         reach: f64,
     },
-    /// All points of the tracer, with the weights of Bangaru et al. (2022), in angles and not normalised, so that those of several
-    /// surfaces and of edges make one mean.
+    /// All points of the tracer, with the weights of Bangaru et al. (2022), in angles and not normalised, so
+    /// that several surfaces and edges share one mean.
     ///
-    /// κ_i = (ℓ_i/t_i) (S_i/t_i)^−γ, S = |φ| + λ s |∇φ·u|, with ℓ_i the step from x_i and s the size of the surface, half the
-    /// diagonal of its box. It looks at the rates of φ at every point of a ray, where
-    /// Vicini's field looks at one: the gradient of a bunny on a grid of 64 cells took 2.4 times the processor time, and variances were 2.0 and 2.5
-    /// times those of the default for a union that shades itself and for a ball over a floor. Neither showed a bias there, of which
-    /// 1.2 % would have been two standard errors.
+    /// κ_i = (ℓ_i/t_i) (S_i/t_i)^−γ, S = |φ| + λ s |∇φ·u|, with ℓ_i the step from x_i and s the size of the
+    /// surface, half the diagonal of its box. Rates of φ are evaluated at every point of a ray, for Vicini's
+    /// field at one. On a bunny on a 64-cell grid a gradient took 2.4 times the processor time; the variance
+    /// was 2.0 and 2.5 times the default's for a union that shades itself and for a ball over a floor.
     Bangaru {
-        /// γ: 3 in the paper, which found more than 6 unstable. Above 2 for V to be as near to a silhouette's velocity as it is to the silhouette.
+        /// γ: 3 in the paper, which found values above 6 unstable. Above 2, V approaches a silhouette's
+        /// velocity at least as fast as its distance to the silhouette.
         gamma: f64,
-        /// λ: about 0.1. Smaller ones average over longer pieces of the ray.
+        /// λ, about 0.1. Smaller values average over longer pieces of the ray.
         lambda: f64,
-        /// Only the points with so many of the least S_i/t_i count, at least 2, whose last has its weight subtracted from
-        /// all, as in the paper; `None` for all. **Not continuous**, and so biased: a point that comes in where a ray hits has no
-        /// length and a small S, and shifts all ranks. For comparison.
+        /// Number (at least 2) of points with the least S_i/t_i that count, the last of which has its weight
+        /// subtracted from all, as in the paper; `None` for all points. **Discontinuous**, hence biased:
+        /// where a ray begins to hit, a new point with zero step length and small S enters and shifts all
+        /// ranks. For comparison only.
         nearest: Option<usize>,
     },
 }
@@ -60,9 +65,10 @@ impl ImplicitField {
         Self::Bangaru { gamma: 3.0, lambda: 0.1, nearest: None }
     }
 
-    /// The weights for a surface of so large a size, and for rays that leave it or do not.
+    /// Weights for a surface of the given size, and for rays that leave it or not.
     pub(super) fn weights(self, size: f64, leaves: bool) -> Weights {
-        // Of rays that leave the surface, the points nearer than about this say little of its silhouettes.
+        // On rays that leave the surface, points nearer than about this carry little information about its
+        // silhouettes.
         let departure = if leaves { 0.2 * size } else { 0.0 };
         match self {
             Self::Vicini { reach } => Weights::Vicini(ViciniField {
@@ -78,7 +84,7 @@ impl ImplicitField {
         }
     }
 
-    /// Refuses parameters that make no field.
+    /// Refuses invalid parameters.
     pub(super) fn check(self) -> Result<(), FieldError> {
         match self.weights(1.0, false) {
             Weights::Vicini(field) => TracedField::<Sphere>::check(&field),
@@ -87,8 +93,8 @@ impl ImplicitField {
     }
 }
 
-/// The weights of the tracer's points at one surface, in its units: images do not depend on units of length, and neither do
-/// their derivatives.
+/// Weights of the tracer's points at one surface, in units of its size, so that derivatives do not depend on
+/// the unit of length.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Weights {
     Vicini(ViciniField),

@@ -1,10 +1,11 @@
-//! Derivatives of images: what may change, forward and reverse, one file a method.
+//! Derivatives of images, in forward and reverse mode; one file per method.
 //!
-//! Inverse rendering asks which scene a picture shows. One guesses a scene, renders it, and goes down the gradient of the
-//! difference between the pictures, a loss L. As L is one number and a scene has many, the gradient is taken in reverse: the adjoint image
-//! ∂L/∂I says of every pixel which way is better, and [`WarpedArea::reverse`] turns it into ∂L/∂p for all parameters p at
-//! once, silhouettes and shadows included. Forward, [`WarpedArea::forward`] shows dI/dθ as an image along one change.
-//! [`optimize`](crate::optimize) has parameters by name, losses and steps; the [`guide`](crate::guide) begins before that.
+//! Inverse rendering finds the scene that a picture shows: guess a scene, render it, and descend the gradient
+//! of a loss L, a measure of the difference between the pictures. As L is one number and a scene has many
+//! parameters, the gradient is computed in reverse: from the adjoint image ∂L/∂I, [`WarpedArea::reverse`]
+//! computes ∂L/∂p for all parameters p at once, silhouettes and shadows included. In forward mode,
+//! [`WarpedArea::forward`] computes dI/dθ along one tangent as an image. [`optimize`](crate::optimize) has
+//! named parameters, losses and optimisers; the [`guide`](crate::guide) is the introduction.
 //!
 //! ```no_run
 //! # use volume3d::{gradient::{Progress, WarpedArea, render}, optimize::{Loss, Parameters}, scene::Scene};
@@ -21,31 +22,30 @@
 //!
 //! # Images
 //!
-//! [`render`] gives every cell of the film random numbers of its own, so that pixels have no noise in common
-//! but that of samples that both see through their filters. Weights of samples do not sum to one; what that
-//! adds to the noise is taken out by a control variate, which leaves the mean as it is: an image of a scene
-//! that is the same everywhere is constant, from one sample a pixel on. (Images that come with gradients are,
-//! from two samples on.)
+//! [`render`] gives every cell of the film its own random numbers: pixels share only the noise of samples
+//! within both of their filters. The filter weights of a pixel's samples do not sum to one; a control variate
+//! removes the resulting noise without changing the mean. The image of a constant scene is therefore
+//! constant, from one sample per pixel on (from two samples on for images returned with gradients).
 //!
 //! # Which samples are shared
 //!
-//! A loss L(I) has the gradient Σ ∂L/∂I · dI/dθ. Both factors are estimates, and the mean of their product is the
-//! product of their means only if they are independent. So at the same seed and number of samples
+//! A loss L(I) has the gradient Σ ∂L/∂I · dI/dθ. Both factors are estimates, and the mean of their product is
+//! the product of their means only if they are independent. At the same seed and number of samples,
 //!
-//! - [`render`], the gradients of this module and [`FiniteDifference`] draw independent numbers;
-//! - the image that comes with a gradient ([`GradientImage::image`]) is made of the gradient's own paths. It has the same mean as that of
-//!   [`render`], but not the same bits, and more noise: squares of 16 cells share their random numbers, for the gradient's sake, and the
-//!   noise of their pixels is much the same;
-//! - forward and reverse mode of one method share all their numbers, as one is the transpose of the other.
+//! - [`render`], the gradients of this module and [`FiniteDifference`] draw independent random numbers;
+//! - the image returned with a gradient ([`GradientImage::image`]) is made of the gradient's own paths. It
+//!   has the mean of [`render`]'s image but different bits and more noise: for the gradient's sake, squares
+//!   of 16 × 16 cells share their random numbers, and the noise of their pixels is strongly correlated;
+//! - forward and reverse mode of one method share all random numbers, as one is the transpose of the other.
 //!
-//! Hence an adjoint may be computed from [`render`] at any seed, or from the image of a gradient at **another** seed;
-//! never from the image of a gradient at the seed of the reverse pass. At the optimum of a squared loss, where the true
-//! gradient is 0, shared samples give 2 Σ Cov(I, dI/dθ) instead.
+//! An adjoint may therefore be computed from [`render`] at any seed, or from the image of a gradient at
+//! **another** seed, but never from the image of a gradient at the seed of the reverse pass. At the optimum
+//! of a squared loss, where the true gradient is 0, shared samples give 2 Σ Cov(I, dI/dθ) instead.
 //!
-//! Whoever wants an image that is the same bit for bit with derivatives and without takes it from
-//! [`WarpedArea::forward`], along any tangent: it does not depend on what moves, and along [`Tangent::still`] it costs
-//! what [`render`] does with `control_variate` more samples a pixel (more at implicit surfaces, which camera rays then meet where their field
-//! has followed them).
+//! For an image with the same bits with and without derivatives, use [`WarpedArea::forward`] along any
+//! tangent: its image does not depend on what moves. Along [`Tangent::still`] it costs as much as [`render`]
+//! with `control_variate` additional samples per pixel (more with implicit surfaces, where camera rays are
+//! traced after their field has followed them).
 
 mod accumulator;
 mod allocation;
@@ -111,9 +111,9 @@ pub use tangent::{ActiveParameters, CameraTangent, Tangent};
 pub use unsupported::{Missing, Unsupported, unsupported};
 pub use warped_area::{Field, WarpedArea};
 
-/// Streams of random numbers, by what they are for. The paths of an image, of a gradient and of finite differences are
-/// independent at the same seed: the derivative of a loss is a product of an image and a gradient, whose mean is the
-/// product of their means only if they have no sample in common.
+/// Random streams by purpose. Paths of an image, of a gradient and of finite differences are independent at
+/// the same seed: the derivative of a loss is a product of image and gradient, whose mean is the product of
+/// their means only if they share no sample.
 const PATH: u64 = 0;
 const GRADIENT_PATH: u64 = 5;
 const DIFFERENCE_PATH: u64 = 6;
@@ -121,5 +121,5 @@ const AUXILIARY: u64 = 1;
 const EDGE: u64 = 2;
 const EDGE_AUXILIARY: u64 = 3;
 const SPLIT: u64 = 4;
-/// Mixed into the seed of the image that is subtracted, which must not depend on the samples.
+/// Mixed into the seed of the control-variate image, which must not depend on the samples.
 const CONTROL_VARIATE: u64 = 0x9E37_79B9_7F4A_7C15;

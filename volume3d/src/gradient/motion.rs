@@ -1,4 +1,4 @@
-//! A change made ready: the rates of what follows from parameters, and what moves at all, and where.
+//! A tangent prepared for evaluation: derived rates, what moves, and where.
 
 use flatland::sdf::{Jet, LevelSetVelocity, Sdf as _};
 use glam::DVec3;
@@ -8,15 +8,15 @@ use super::jump_mean::{AngularSupport, LevelSetTap};
 use super::{ImplicitTangent, Tangent};
 use crate::scene::Scene;
 
-/// A change and what follows from it.
+/// A tangent and the rates that follow from it.
 #[derive(Clone, Debug)]
 pub(crate) struct Motion<'c> {
     pub(crate) change: &'c Tangent,
-    /// Of every shading normal, computed ones included.
+    /// Rates of all shading normals, computed ones included.
     pub(crate) normals: Vec<DVec3>,
     /// Whether each shape moves.
     pub(crate) moves: Vec<bool>,
-    /// Of every implicit surface, [pushed forward](ImplicitTangent::pushed_forward).
+    /// Rates of every implicit surface, [pushed forward](ImplicitTangent::pushed_forward).
     pub(crate) implicits: Vec<ImplicitTangent>,
     /// Whether each implicit surface changes.
     pub(crate) moves_implicit: Vec<bool>,
@@ -42,7 +42,7 @@ impl<'c> Motion<'c> {
 }
 
 impl Motion<'_> {
-    /// The velocity of a point that is followed.
+    /// Velocity of a followed point.
     #[inline]
     pub(crate) fn velocity(&self, scene: &Scene, followed: &Followed) -> DVec3 {
         match *followed {
@@ -51,7 +51,7 @@ impl Motion<'_> {
         }
     }
 
-    /// The velocity of a level set of an implicit surface at a place.
+    /// Velocity of a level set of an implicit surface at x.
     fn level_set_velocity(&self, scene: &Scene, implicit: u32, x: DVec3) -> DVec3 {
         if !self.moves_implicit[implicit as usize] {
             return DVec3::ZERO;
@@ -72,16 +72,16 @@ impl Motion<'_> {
     }
 }
 
-/// Boxes and balls around everything that moves. A bundle that misses them all sees no motion, and need not be traced if
-/// its origin stands still.
+/// Bounding boxes and balls of everything that moves. A bundle of rays that misses them all, from a static
+/// origin, sees no motion and need not be traced.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MovingBounds {
     places: Vec<Place>,
-    /// Whether an implicit surface moves: its kernel ends where φ says, which may be anywhere.
+    /// Whether an implicit surface moves: the extent of its kernel depends on φ and is unbounded here.
     pub(super) implicit: bool,
 }
 
-/// Where something is that moves: in a box, and in a ball around the middle of the box.
+/// Bounds of a moving object: a box, and a ball around its centre.
 #[derive(Clone, Copy, Debug)]
 struct Place {
     low: DVec3,
@@ -89,16 +89,16 @@ struct Place {
     radius: f64,
 }
 
-/// More places than this are one.
+/// More objects than this are merged into one.
 const MOST_PLACES: usize = 8;
 
 impl Place {
-    /// Of all points of some parts, if there are any.
+    /// Bounds of all points of some parts; `None` if there are none.
     fn around(parts: &[&[DVec3]]) -> Option<Self> {
         let points = || parts.iter().flat_map(|part| part.iter().copied());
         let (low, high) = (points().reduce(DVec3::min)?, points().reduce(DVec3::max)?);
-        // The tests' own rounding, a few parts in 10¹⁶ of both, must not lose a ray: what is larger costs
-        // time only.
+        // Margin for rounding in the tests, a few parts in 10¹⁶: the tests must not lose a ray; a larger box
+        // only costs time.
         let margin = 1e-9 * (high - low).max_element() + 1e-12 * high.abs().max(low.abs()).max_element();
         let middle = 0.5 * (low + high);
         let radius = points().map(|p| p.distance(middle)).fold(0.0, f64::max);
@@ -107,7 +107,7 @@ impl Place {
 }
 
 impl MovingBounds {
-    /// Of the meshes that move, and whether an implicit surface does.
+    /// Bounds of the meshes that move, and whether an implicit surface does.
     pub(crate) fn new(scene: &Scene, moves: &[bool], implicit: bool) -> Self {
         let shapes = (0..moves.len()).filter(|&s| moves[s]);
         let parts: Vec<&[DVec3]> = shapes.map(|s| &scene.positions[scene.position_range(s)]).collect();
@@ -137,7 +137,7 @@ impl MovingBounds {
         self.implicit
             || self.places.iter().any(|&Place { low, high, .. }| {
                 let (a, b) = ((low - origin) * inverse, (high - origin) * inverse);
-                // NaN arises where a ray runs within a face of the box: max and min then drop it.
+                // A ray within a face plane of the box gives NaN, which max and min drop.
                 let (near, far) = (a.min(b), a.max(b));
                 near.x.max(near.y).max(near.z).max(0.0) <= far.x.min(far.y).min(far.z)
             })

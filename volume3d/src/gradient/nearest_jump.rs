@@ -1,4 +1,5 @@
-//! How near a hit is to a jump of what is seen: what the boundary functions of auxiliary rays are made of.
+//! Angle from a hit to the nearest discontinuity, from which boundary functions of auxiliary rays are
+//! computed.
 
 use flatland::sdf::Sdf as _;
 use flatland::sdf::fields::SilhouetteDistance;
@@ -6,34 +7,35 @@ use glam::DVec3;
 
 use crate::scene::{Beyond, Hit, Scene, Surface};
 
-/// What must not jump within a field.
+/// Discontinuities that count for a field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Jumps {
-    /// The radiance that is seen: borders, silhouettes, creases and crossings.
+    /// Discontinuities of the visible radiance: borders, silhouettes, creases and crossings.
     Radiance,
-    /// What covers what: borders and silhouettes; and crossings with a light, if it is one that is covered.
+    /// Discontinuities of visibility: borders and silhouettes, and crossings with the light, if the occluded
+    /// object is one.
     Visibility {
-        /// Its shape.
+        /// Shape of the light.
         light: Option<u32>,
     },
 }
 
-/// The nearest jump to a hit.
+/// The nearest discontinuity to a hit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Nearest {
-    /// A lower estimate of the angle to it.
+    /// Lower estimate of the angle to it.
     pub(crate) angle: f64,
-    /// If it is a crossing, which, and how far along it.
+    /// Index of the crossing and position along it, if the discontinuity is one.
     pub(crate) crossing: Option<(u32, f64)>,
 }
 
-/// A lower estimate of the angle, seen from `origin`, between a hit and the nearest jump of what is seen.
-/// It vanishes on every jump that bounds the hit surface.
+/// Lower estimate of the angle, seen from `origin`, between a hit and the nearest discontinuity; zero at
+/// every discontinuity that bounds the hit surface.
 ///
-/// For edges of the hit triangle it is the angle to their great circles. The silhouette of a smooth
-/// surface farther away than one triangle is estimated from the cosine c = |n·ω| as that of a sphere with
-/// the surface's smallest radius of curvature r: r c²/(2 t); that of an implicit surface so from its curvature along the ray. Crossings
-/// of meshes are looked at one by one.
+/// For edges of the hit triangle it is the angle to their great circles. The silhouette of a smooth surface
+/// beyond the triangle is estimated from the cosine c = |n·ω| as that of a sphere with the surface's smallest
+/// radius of curvature r: r c²/(2 t); for an implicit surface r is its radius of curvature along the ray.
+/// Crossings of meshes are tested one by one.
 pub(crate) fn nearest_jump(
     scene: &Scene,
     hit: &Hit,
@@ -91,8 +93,8 @@ pub(crate) fn nearest_jump(
     found
 }
 
-/// The angle, in terms of its sine or chord, between a direction and a segment as seen from the origin, and the place on
-/// the segment that is nearest; or no less than `limit`.
+/// Angle (lower estimate by sine or chord) between a direction and a segment seen from the origin, and the
+/// nearest point's position along the segment; or any value of at least `limit`.
 fn angle_to([p, q]: [DVec3; 2], direction: DVec3, limit: f64) -> (f64, f64) {
     let pole = p.cross(q).normalize_or_zero();
     let height = pole.dot(direction);
@@ -107,7 +109,7 @@ fn angle_to([p, q]: [DVec3; 2], direction: DVec3, limit: f64) -> (f64, f64) {
     if a < b { (a, 0.0) } else { (b, 1.0) }
 }
 
-/// Positive where a point is behind a triangle, negative where it is before it.
+/// Signed side of a point: positive behind the triangle, negative in front.
 fn facing_of(scene: &Scene, triangle: u32, origin: DVec3) -> f64 {
     let [a, b, c] = scene.corners(triangle);
     (b - a).cross(c - a).dot(a - origin)

@@ -1,12 +1,12 @@
-//! Samples that are no numbers.
+//! Non-finite samples.
 
-/// A sample that was not finite: left out of the sums, and reported here.
+/// A sample that was not finite: excluded from the sums and reported here.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NonFinite {
-    /// The cell's column in the image; −1 and the width are beside it.
+    /// Column of the sample's cell; −1 and the image width are the cells outside it.
     pub column: isize,
-    /// The cell's row.
+    /// Row of the cell.
     pub row: isize,
-    /// The sample's number.
+    /// Index of the sample.
     pub sample: usize,
 }

@@ -1,14 +1,13 @@
-//! Work in parts: computed side by side, taken in order.
+//! Parallel computation of parts that are consumed in order.
 
 use rayon::prelude::*;
 
 use super::{Progress, Stopped};
 
-/// Parts are computed in blocks of this many: enough to keep many threads busy, few enough that memory does not grow with
-/// the work.
+/// Parts per block: enough to keep all threads busy, few enough to bound memory.
 const BLOCK: usize = 64;
 
-/// Computes parts 0, 1, … on all threads, and takes them one after the other in this order: sums do not depend on
+/// Computes parts 0, 1, … on all threads and consumes them in this order, so that sums do not depend on
 /// threads.
 pub(super) fn in_order<T: Send>(
     parts: usize,

@@ -1,4 +1,4 @@
-//! Edges that are seen along the borders of box pixels.
+//! Edges that project onto the borders of box-filtered pixels.
 
 use glam::DVec2;
 
@@ -6,31 +6,30 @@ use super::film::FilmPlane;
 use crate::geometry::Edges;
 use crate::scene::{Filter, Scene};
 
-/// Edges of a shape that the camera sees along borders of pixels under the box filter.
+/// Edges of a shape that project onto borders of pixels under the box filter.
 ///
-/// Where they are exactly there, no derivative of a pixel exists by what moves them across, but two one-sided
-/// ones: all methods take their mean. Where they are nearly there, the derivative is that of motions which
-/// are shorter than what is between them.
+/// Exactly on a border, a pixel has no derivative by motion across it, only two one-sided ones; all methods
+/// return their mean. Near a border, the derivative is valid for displacements shorter than the distance
+/// between edge and border.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OnPixelBorders {
-    /// The shape.
+    /// Index of the shape.
     pub shape: usize,
     /// Number of edges.
     pub edges: usize,
-    /// Largest distance of one of them from a border, in pixels; 0 to rounding.
+    /// Largest distance of such an edge from a border, in pixels; 0 up to rounding.
     pub distance: f64,
 }
 
-/// What is nearer than this to the border of a pixel, in pixels, is told of: fields of view are written with
-/// six digits.
+/// Distance below which an edge is reported, in pixels: fields of view are often written with six digits.
 const NEAR: f64 = 1e-4;
 
-/// Flat between triangles whose unit normals differ by no more.
+/// Triangles whose unit normals differ by no more than this count as coplanar.
 const FLAT: f64 = 1e-9;
 
 impl OnPixelBorders {
-    /// By shape, those of a scene. There are none under other filters, and none behind a lens, which spreads
-    /// edges.
+    /// The affected edges of a scene, by shape. Empty for other filters, and for cameras with a lens, which
+    /// blurs edges.
     #[must_use]
     pub fn of(scene: &Scene) -> Vec<Self> {
         let film = FilmPlane::new(scene);
@@ -63,8 +62,8 @@ impl OnPixelBorders {
 }
 
 impl FilmPlane {
-    /// How far an edge is at most, as the camera sees it, from the border of a pixel that it is along and
-    /// near; 0 if on it.
+    /// Largest distance of a projected edge from the pixel border along which it runs; 0 if it lies on it,
+    /// `None` if it is not near one.
     fn distance_to_border(&self, ends: [glam::DVec3; 2]) -> Option<f64> {
         let origin = self.still.origin.value();
         if ends.iter().any(|end| (*end - origin).dot(self.forward()) <= 0.0) {

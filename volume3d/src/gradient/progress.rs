@@ -1,8 +1,8 @@
-//! How far a computation is, and whether it shall stop.
+//! Progress reports and cancellation of long computations.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// What a long computation tells and asks.
+/// Callbacks of a long computation: progress and cancellation.
 #[derive(Default)]
 pub struct Progress {
     start: Option<Box<dyn Fn(usize) + Send + Sync>>,
@@ -16,19 +16,19 @@ impl std::fmt::Debug for Progress {
     }
 }
 
-/// A computation was asked to stop before its end.
+/// The computation was cancelled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("stopped before the end")]
 pub struct Stopped;
 
 impl Progress {
-    /// Tells nobody, and never stops.
+    /// No reports, no cancellation.
     #[must_use]
     pub fn none() -> Self {
         Self::default()
     }
 
-    /// Calls `start` with the number of steps of each stage, and `step` after every one of them.
+    /// Calls `start` with the number of steps of each stage, and `step` after each step.
     #[must_use]
     pub fn new(
         start: impl Fn(usize) + Send + Sync + 'static,
@@ -37,7 +37,7 @@ impl Progress {
         Self { start: Some(Box::new(start)), step: Some(Box::new(step)), stop: None }
     }
 
-    /// Stops when the flag is set.
+    /// Cancels when the flag is set.
     #[must_use]
     pub fn until(mut self, stop: &'static AtomicBool) -> Self {
         self.stop = Some(stop);

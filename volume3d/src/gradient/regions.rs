@@ -1,39 +1,39 @@
-//! Sums over parts of an image, with their standard errors.
+//! Sums over regions of an image, with standard errors.
 
 use glam::DVec3;
 
 use super::groups::{parts, scatter_to_variance};
 
-/// The side of a block in pixels.
+/// Side of a block in pixels.
 const BLOCK: usize = 8;
 
-/// The whole of an image, and its blocks of 8 × 8 pixels, each with its standard error.
+/// The whole image and its blocks of 8 × 8 pixels, each with its standard error.
 ///
-/// Pixels have noise in common: they share samples through the filter, and in gradients random numbers by
-/// design. So the standard error of a sum of pixels does **not** follow from those of the pixels; it may be
-/// twice the root of the sum of their squares, or a tenth of it. These are from the scatter of 8 independent
-/// groups of samples over the whole region (fewer groups if there are fewer samples; infinite for one
-/// sample), so that each is itself known to a quarter or so.
+/// Noise is correlated between pixels: they share samples through the filter, and in gradients random numbers
+/// by design. The standard error of a sum of pixels therefore does **not** follow from those of the pixels;
+/// it may be from a tenth of the root of the sum of their squares to twice that. Here it is estimated from 8
+/// independent groups of samples over the whole region (fewer groups if there are fewer samples; infinite for
+/// one sample), and is itself known to about 25 %.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Regions {
-    /// The sum of all pixels, by channel.
+    /// Sum of all pixels, by channel.
     pub total: DVec3,
-    /// Its standard error.
+    /// Standard error of `total`.
     pub total_error: DVec3,
-    /// The standard error of the sum of all pixels and channels, which have noise in common too.
+    /// Standard error of the sum over pixels and channels, which share noise as well.
     pub sum_error: f64,
     /// Columns of blocks; the last may be narrower than 8 pixels.
     pub columns: usize,
     /// Rows of blocks.
     pub rows: usize,
-    /// The mean of the pixels of each block, row by row from the top.
+    /// Mean of each block's pixels, row by row from the top.
     pub blocks: Vec<DVec3>,
-    /// The standard error of each.
+    /// Standard error of each block's mean.
     pub block_errors: Vec<DVec3>,
 }
 
 impl Regions {
-    /// Adds an independent estimate of something else.
+    /// Adds an independent estimate of another term.
     pub(super) fn add(&mut self, other: &Self) {
         let both = |a: DVec3, b: DVec3| (a * a + b * b).map(f64::sqrt);
         self.total += other.total;
@@ -44,7 +44,7 @@ impl Regions {
     }
 }
 
-/// Regions under way: sums by groups of samples.
+/// Accumulator of regions: sums by groups of samples.
 #[derive(Clone, Debug)]
 pub(super) struct RegionSums {
     width: usize,
@@ -53,7 +53,7 @@ pub(super) struct RegionSums {
     height: usize,
     groups: usize,
     whole: Vec<DVec3>,
-    /// By block and group.
+    /// Sums by block and group.
     blocks: Vec<DVec3>,
 }
 
@@ -79,7 +79,7 @@ impl RegionSums {
         self.blocks[block * self.groups + group] += sum;
     }
 
-    /// What sums over `samples` samples a pixel mean.
+    /// The result for `samples` samples per pixel.
     pub(super) fn finish(&self, samples: usize) -> Regions {
         let (total, total_error) = statistics(&self.whole, samples);
         let of_channels: Vec<DVec3> = self.whole.iter().map(|s| DVec3::splat(s.element_sum())).collect();
@@ -96,7 +96,7 @@ impl RegionSums {
     }
 }
 
-/// The mean over samples of the sums of independent groups, and its standard error.
+/// The mean over samples from sums of independent groups, and its standard error.
 fn statistics(sums: &[DVec3], samples: usize) -> (DVec3, DVec3) {
     let (sum, factor): (DVec3, f64) = (sums.iter().sum(), scatter_to_variance(samples));
     let scatter: DVec3 = sums.iter().zip(parts(samples)).map(|(s, part)| (*s - sum * part).powf(2.0)).sum();

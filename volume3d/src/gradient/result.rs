@@ -1,4 +1,4 @@
-//! What an estimate of a gradient image says.
+//! Results: gradient images, gradients and renderings.
 
 use glam::DVec3;
 
@@ -13,41 +13,42 @@ use crate::scene::TraceCounts;
 /// Interior, primary and secondary term of a derivative, pixel by pixel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Terms {
-    /// ∂f/∂θ: what changes while all jumps stand still.
+    /// ∂f/∂θ with all discontinuities static.
     pub interior: Image,
-    /// The motion of jumps on the film.
+    /// Motion of discontinuities on the film.
     pub primary: Image,
-    /// The motion of jumps seen from shading points: shadows, reflections, occluded light.
+    /// Motion of discontinuities seen from shading points: shadows, reflections, occluded light.
     pub secondary: Image,
 }
 
-/// Where the noise of a gradient image comes from: the squared standard errors of the parts it is the sum of, which are
-/// independent. Each falls as one over the samples of its kind, see [`Pilot`](super::Pilot).
+/// Noise of a gradient image by source: squared standard errors of its independent parts. Each is inversely
+/// proportional to the number of samples of its kind, see [`Pilot`](super::Pilot).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Noise {
-    /// Of samples of the area.
+    /// From area samples.
     pub area: Image,
-    /// Of samples of curves on the film.
+    /// From samples of curves on the film.
     pub film_curves: Image,
-    /// Of samples of curves that shading points see.
+    /// From samples of curves seen from shading points.
     pub shading_curves: Image,
-    /// Of those before surfaces that reflect and a constant environment, which the others are not.
+    /// From samples of curves before reflecting surfaces and a constant environment, excluded from
+    /// `shading_curves`.
     pub bounce_curves: Image,
-    /// What samples of the area took, by cell, in rays.
+    /// Cost of area samples by cell, in rays.
     pub(super) work: Vec<f64>,
-    /// How many kinds of curves there were, and what they took.
+    /// Number and cost of the kinds of curves.
     pub(super) kinds: Kinds,
 }
 
-/// The kinds of curves that were sampled of one term.
+/// Kinds of curves sampled for one term.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Kind {
     pub(super) count: usize,
-    /// What one sample of each took, in rays.
+    /// Total cost of one sample of each kind, in rays.
     pub(super) work: f64,
 }
 
-/// Those of all terms.
+/// Kinds of curves of all terms.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Kinds {
     pub(super) on_film: Kind,
@@ -56,7 +57,7 @@ pub(super) struct Kinds {
 }
 
 impl Noise {
-    /// All of it from the area, until curves are added.
+    /// All noise from area samples, before curves are added.
     pub(super) fn of_area(standard_error: &Image) -> Self {
         let area = Image {
             pixels: standard_error.pixels.iter().map(|e| *e * *e).collect(),
@@ -75,96 +76,99 @@ impl Noise {
     }
 }
 
-/// A gradient image: the derivative of every pixel along one change.
+/// Gradient image: the derivative of every pixel along one tangent.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GradientImage {
-    /// The image itself, from the same samples as the gradient, whose random numbers squares of 16 cells
-    /// share: of few samples it has a pattern that those of [`render`](super::render) have not. It is
-    /// unbiased by itself, but no product of the two is: do not compute the adjoint of a reverse pass from it
-    /// at the same seed, see [the module](crate::gradient).
+    /// The primal image, from the samples of the gradient. Squares of 16 × 16 cells share their random
+    /// numbers, which with few samples leaves a pattern that images of [`render`](super::render) do not have.
+    /// The image itself is unbiased, but its product with the gradient is not: do not compute the adjoint of
+    /// a reverse pass from it at the same seed, see [the module](crate::gradient).
     pub image: Image,
-    /// Its standard error.
+    /// Standard error of the image.
     pub image_error: Image,
     /// dI/dθ of every pixel, linear RGB.
     pub gradient: Image,
-    /// The standard error of each. Pixels have noise in common: that of a sum does not follow from these.
+    /// Standard error of each pixel's derivative. Pixels share noise: the error of a sum does not follow from
+    /// these.
     pub standard_error: Image,
-    /// What its square is the sum of.
+    /// Parts whose sum is the squared standard error.
     pub noise: Noise,
-    /// Sums of the gradient over the whole and over blocks, with their standard errors.
+    /// Sums of the gradient over the whole image and over blocks, with standard errors.
     pub regions: Regions,
-    /// The terms it is the sum of, if they were asked for and the method tells them apart.
+    /// The terms of the gradient, if requested and separable by the method.
     pub terms: Option<Terms>,
-    /// Auxiliary rays that were traced.
+    /// Number of auxiliary rays.
     pub auxiliary_rays: u64,
     /// Samples that were not finite.
     pub non_finite: Vec<NonFinite>,
-    /// Rays at implicit surfaces that could not be followed.
+    /// Counts of implicit-surface rays that were lost.
     pub traces: TraceCounts,
-    /// Where they were: how many of each pixel's samples' rays ran out of steps or met too steep a surface, in all channels. Nothing if none did.
+    /// Number of lost rays (out of steps, or too steep a surface) among each pixel's samples, in all
+    /// channels; `None` if there are none.
     pub lost_rays: Option<Image>,
-    /// The jumps whose motion is left out, as [`EdgeSampling::allow_missing`](super::EdgeSampling) allows.
+    /// Omitted discontinuities, as permitted by [`EdgeSampling::allow_missing`](super::EdgeSampling).
     pub left_out: Vec<Unsupported>,
-    /// The sample that contributes most to the gradient; nothing if there are none.
+    /// The sample with the largest contribution; `None` if no sample contributes.
     pub largest: Option<Contribution>,
 }
 
 impl GradientImage {
-    /// What the largest contribution of one sample is of Σ |gradient| over pixels and channels; 0 if nothing changes.
+    /// The largest contribution of one sample as a fraction of Σ |gradient| over pixels and channels; 0 if
+    /// the gradient is zero.
     #[must_use]
     pub fn largest_share(&self) -> f64 {
         let whole: f64 = self.gradient.pixels.iter().map(|g| g.abs().element_sum()).sum();
         self.largest.filter(|l| l.amount > 0.0).map_or(0.0, |l| l.amount / whole)
     }
 
-    /// The largest contribution, if it is 2 % of Σ |gradient| or more, and 256 times what one of as many equal samples
-    /// would have. Then tails are heavy: another seed may give another result, and standard errors, which are estimated
-    /// from the same samples, are too small more often than not. It happens in the penumbrae of small lights, and with
-    /// debiased auxiliary rays. More samples help slowly; another method may do better there, see
-    /// [`WarpedArea`](super::WarpedArea).
+    /// The largest contribution, if it is at least 2 % of Σ |gradient| and 256 times the average of as many
+    /// equal samples. Tails are then heavy: another seed may give another result, and standard errors,
+    /// estimated from the same samples, are too small more often than not. It occurs in the penumbrae of
+    /// small lights and with debiased auxiliary rays. More samples help slowly; another method may be better
+    /// there, see [`WarpedArea`](super::WarpedArea).
     ///
-    /// Without an outlier tails may still be heavy: what is rare may not have happened yet.
+    /// The absence of an outlier is no proof of light tails: a rare event may not have occurred yet.
     #[must_use]
     pub fn outlier(&self) -> Option<Contribution> {
         self.largest.and_then(|largest| largest.if_outlier(self.largest_share()))
     }
 
-    /// Whether the derivative of every pixel is exactly 0: no sample saw the image change. Either it does
-    /// not, or what changes is too small or too rare for this many samples. The standard error, 0 as well,
-    /// cannot tell.
+    /// Whether the derivative of every pixel is exactly 0: no sample saw the image change. Either it does not
+    /// change, or what changes is too small or too rare for this many samples. The standard error, also 0,
+    /// cannot distinguish the two.
     #[must_use]
     pub fn is_zero(&self) -> bool {
         self.gradient.pixels.iter().all(|g| *g == DVec3::ZERO)
     }
 }
 
-/// The derivative of one number by every parameter: what reverse mode returns.
+/// Derivative of one number by every parameter: the result of reverse mode.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gradient {
-    /// By every parameter that was active; 0 by the others.
+    /// Derivatives by the active parameters; 0 for all others.
     pub by_parameter: Tangent,
     /// Samples that were not finite.
     pub non_finite: Vec<NonFinite>,
-    /// Rays at implicit surfaces that could not be followed.
+    /// Counts of implicit-surface rays that were lost.
     pub traces: TraceCounts,
-    /// The jumps whose motion is left out, as [`EdgeSampling::allow_missing`](super::EdgeSampling) allows.
+    /// Omitted discontinuities, as permitted by [`EdgeSampling::allow_missing`](super::EdgeSampling).
     pub left_out: Vec<Unsupported>,
-    /// The sample that contributes most to the derivatives by positions; nothing if none does. What a sample adds through
-    /// normals that are computed from positions does not count.
+    /// The sample with the largest contribution to derivatives by positions; `None` if no sample contributes.
+    /// Contributions through normals computed from positions are not counted.
     pub largest: Option<Contribution>,
 }
 
 impl Gradient {
-    /// What the largest contribution of one sample is of Σ |gradient| over the coordinates of all positions; 0 if there is
-    /// none.
+    /// The largest contribution of one sample as a fraction of Σ |gradient| over the coordinates of all
+    /// positions; 0 if there is none.
     #[must_use]
     pub fn largest_share(&self) -> f64 {
         let whole: f64 = self.by_parameter.positions.iter().map(|g| g.abs().element_sum()).sum();
         self.largest.filter(|l| l.amount > 0.0).map_or(0.0, |l| l.amount / whole)
     }
 
-    /// The largest contribution, if it is 2 % of Σ |gradient| or more, and 256 times what one of as many equal samples
-    /// would have: tails are heavy, see [`GradientImage::outlier`].
+    /// The largest contribution, if it is at least 2 % of Σ |gradient| and 256 times the average of as many
+    /// equal samples: a sign of heavy tails, see [`GradientImage::outlier`].
     #[must_use]
     pub fn outlier(&self) -> Option<Contribution> {
         self.largest.and_then(|largest| largest.if_outlier(self.largest_share()))
@@ -191,19 +195,20 @@ impl From<Tangent> for Gradient {
     }
 }
 
-/// An image that was rendered.
+/// A rendered image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rendering {
     /// The image.
     pub image: Image,
-    /// The standard error of each pixel. Pixels have noise in common: that of a sum does not follow from these.
+    /// Standard error of each pixel. Pixels share noise: the error of a sum does not follow from these.
     pub standard_error: Image,
-    /// Sums over the whole and over blocks, with their standard errors.
+    /// Sums over the whole image and over blocks, with standard errors.
     pub regions: Regions,
     /// Samples that were not finite.
     pub non_finite: Vec<NonFinite>,
-    /// Rays at implicit surfaces that could not be followed.
+    /// Counts of implicit-surface rays that were lost.
     pub traces: TraceCounts,
-    /// Where they were: how many of each pixel's samples' rays ran out of steps or met too steep a surface, in all channels. Nothing if none did.
+    /// Number of lost rays (out of steps, or too steep a surface) among each pixel's samples, in all
+    /// channels; `None` if there are none.
     pub lost_rays: Option<Image>,
 }

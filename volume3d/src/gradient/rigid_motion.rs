@@ -1,4 +1,4 @@
-//! One rigid motion per kernel (Loubet, Holzschuch and Jakob 2019; Theory 11).
+//! Rigid warp fields: one rigid motion per kernel (Loubet, Holzschuch and Jakob 2019; Theory 11).
 
 use flatland::warp::{Domain, Field, LinearField, Plane, Vector as _};
 use glam::{DVec2, DVec3};
@@ -6,12 +6,12 @@ use glam::{DVec2, DVec3};
 use super::followed::FollowedPoint;
 use crate::Sphere;
 
-/// A domain whose kernels can be carried along with one of their points.
+/// A domain with rigid motions that move a whole kernel with one of its points.
 pub(crate) trait Rigid: Domain {
-    /// The velocity of u when the kernel moves so that the point `at` moves with velocity v.
+    /// Velocity at u of the rigid motion that moves the point `at` with velocity v.
     fn carry(u: Self::Vector, at: Self::Vector, v: Self::Vector) -> Self::Vector;
 
-    /// The transpose: what a covector at u gives to v.
+    /// Transpose of [`carry`](Self::carry): covector of v, from the covector c at u.
     fn carry_back(u: Self::Vector, at: Self::Vector, c: Self::Vector) -> Self::Vector;
 }
 
@@ -37,14 +37,14 @@ impl Rigid for Sphere {
     }
 }
 
-/// A kernel around μ that follows one of the points seen in it.
+/// Rigid motion of a kernel around μ that follows one of the points seen in it.
 ///
-/// The integral is spread over kernels, ∫ f = ∫∫ f(u) k(μ, u) dμ du, and each kernel moves rigidly. A rigid motion has
-/// no divergence, but k is part of the integrand: ∇_u k·V/k stands where ∇·V does.
+/// The integral is spread over kernels, ∫ f = ∫∫ f(u) k(μ, u) dμ du, and each kernel moves rigidly. A rigid
+/// motion has no divergence, but k is part of the integrand: ∇_u k·V/k takes the place of ∇·V.
 #[derive(Clone, Debug)]
 pub(crate) struct RigidMotion<D: Domain> {
     pub(crate) point: D::Vector,
-    /// Where the point that is followed is seen, and what it is.
+    /// Where the followed point is seen, and what it is.
     pub(crate) at: D::Vector,
     pub(crate) seen: FollowedPoint,
     /// ∇_u k/k.
@@ -56,13 +56,13 @@ impl<D: Rigid> LinearField for RigidMotion<D> {
     type Source = FollowedPoint;
     type Rate = D::Vector;
 
-    /// From the velocity of the point that is followed.
+    /// The field from the velocity of the followed point.
     fn field(&self, mut velocity: impl FnMut(&FollowedPoint) -> D::Vector) -> Field<D::Vector> {
         let value = D::carry(self.point, self.at, velocity(&self.seen));
         Field { value, divergence: self.slope.dot(value) }
     }
 
-    /// The transpose: hands the point its covector in a·V + b ∇·V.
+    /// Transpose of `field`: hands the point its covector in a·V + b ∇·V.
     fn scatter(&self, a: D::Vector, b: f64, mut add: impl FnMut(&FollowedPoint, D::Vector)) {
         add(&self.seen, D::carry_back(self.point, self.at, a + self.slope * b));
     }

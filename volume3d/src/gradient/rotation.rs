@@ -1,4 +1,5 @@
-//! One rigid motion per kernel (Loubet, Holzschuch and Jakob 2019), on the film and at every bounce.
+//! Rotation heuristic: one rigid motion per kernel (Loubet, Holzschuch and Jakob 2019), on the film and at
+//! every bounce.
 
 use super::auxiliary::Construction;
 use super::error::GradientError;
@@ -10,23 +11,24 @@ use crate::Image;
 use crate::path::Kernels;
 use crate::scene::Scene;
 
-/// The rotation reparameterisation: every kernel of directions turns with one of the points seen in it, on the film
-/// it is shifted.
+/// The rotation reparameterisation: every kernel of directions rotates with one of the points seen in it; on
+/// the film it translates.
 ///
-/// The point is the nearest of a few drawn from the kernel. **Biased** wherever no single rigid motion
-/// carries every edge in the kernel (Theory 11); and jumps of interpolated normals within faces stand still.
-/// It is here for the comparison.
+/// The followed point is the nearest of several drawn from the kernel. **Biased** wherever no single rigid
+/// motion moves every edge in the kernel (Theory 11). Discontinuities of interpolated normals within faces
+/// are treated as static. Provided for comparison.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rotation {
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub samples: usize,
-    /// Samples a pixel of the image that is subtracted as a control variate, as for [`WarpedArea`].
+    /// Samples per pixel of the control-variate image, as for [`WarpedArea`].
     pub control_variate: usize,
-    /// Points from which the one to follow is chosen.
+    /// Number of points from which the followed one is chosen.
     pub candidates: usize,
-    /// Concentrations. The wider the kernel, the larger the bias; the narrower, the larger the variance.
+    /// Kernel concentrations: the wider the kernel, the larger the bias; the narrower, the larger the
+    /// variance.
     pub kernels: Kernels,
-    /// The seed of everything random.
+    /// Random seed.
     pub seed: u64,
 }
 
@@ -37,11 +39,12 @@ impl Default for Rotation {
 }
 
 impl Rotation {
-    /// The derivative of every pixel along a change.
+    /// Derivative of every pixel along a tangent.
     ///
     /// # Errors
-    /// [`GradientError`]: `Unsupported` where geometry moves before ideal mirrors or under lights without extent,
-    /// `Tangent` if the change is of another scene, `Samples` and `Warp` for parameters out of their range, and `Stopped`.
+    /// [`GradientError`]: `Unsupported` if geometry moves in front of ideal mirrors or under lights without
+    /// extent, `Tangent` if the tangent belongs to another scene, `Samples` and `Warp` for parameters out of
+    /// range, and `Stopped`.
     pub fn forward(
         &self,
         scene: &Scene,
@@ -51,11 +54,10 @@ impl Rotation {
         self.area().image::<1, 6>(scene, change, self.construction(), progress)
     }
 
-    /// The same, with interior, primary and secondary term apart.
+    /// Like [`forward`](Self::forward), with interior, primary and secondary terms separate.
     ///
     /// # Errors
-    /// [`GradientError`]: `Unsupported` where geometry moves before ideal mirrors or under lights without extent,
-    /// `Tangent` if the change is of another scene, `Samples` and `Warp` for parameters out of their range, and `Stopped`.
+    /// As for [`forward`](Self::forward).
     pub fn forward_terms(
         &self,
         scene: &Scene,
@@ -65,12 +67,12 @@ impl Rotation {
         self.area().image::<3, 15>(scene, change, self.construction(), progress)
     }
 
-    /// The transpose of [`forward`](Self::forward).
+    /// Transpose of [`forward`](Self::forward).
     ///
     /// # Errors
-    /// [`GradientError`]: `Unsupported` where geometry is active before ideal mirrors or under lights without extent,
-    /// `Adjoint` if the adjoint has not the film's size, `Samples` and `Warp` for parameters out of their range, and
-    /// `Stopped`.
+    /// [`GradientError`]: `Unsupported` if geometry is active in front of ideal mirrors or under lights
+    /// without extent, `Adjoint` if the adjoint image differs from the film in size, `Samples` and `Warp` for
+    /// parameters out of range, and `Stopped`.
     pub fn reverse(
         &self,
         scene: &Scene,

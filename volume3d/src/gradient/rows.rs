@@ -5,14 +5,14 @@ use glam::DVec3;
 use super::{CameraTangent, Tangent};
 use crate::scene::Scene;
 
-/// Where each kind of parameter stands in a table with a vector a row, in the order of the fields of a [`Tangent`]. What
-/// is one number is the first of its row.
+/// First row of each kind of parameter in a table with one vector per row, in the order of the fields of a
+/// [`Tangent`]. A scalar is the first component of its row.
 #[derive(Clone, Debug)]
 pub(crate) struct Rows {
     normals: u32,
     reflectance: u32,
     roughness: u32,
-    /// For every texture.
+    /// First row of each texture.
     texels: Vec<u32>,
     radiance: u32,
     intensity: u32,
@@ -38,7 +38,8 @@ impl Rows {
             radiance: run(d.shapes.len()),
             intensity: run(d.lights.len()),
             pose: run(d.lights.len()),
-            // Radiance and turn of the environment; translation, rotation and field of view of the camera.
+            // Radiance and rotation of the environment; translation, rotation and field of view of the
+            // camera.
             environment: run(5),
             count,
         }
@@ -48,7 +49,7 @@ impl Rows {
         self.count as usize
     }
 
-    /// How many positions there are: they are the first rows.
+    /// Number of positions, which are the first rows.
     pub(crate) fn positions(&self) -> u32 {
         self.normals
     }
@@ -89,12 +90,12 @@ impl Rows {
         self.environment + 1
     }
 
-    /// Translation, rotation and field of view.
+    /// Rows of translation, rotation and field of view.
     pub(crate) fn camera(&self) -> [u32; 3] {
         [2, 3, 4].map(|k| self.environment + k)
     }
 
-    /// The tangent, or gradient, that a table holds.
+    /// The tangent (or gradient) in a table.
     pub(crate) fn tangent(&self, table: &[DVec3]) -> Tangent {
         let rows = |first: u32, end: u32| table[first as usize..end as usize].to_vec();
         let ends = self.texels.iter().skip(1).chain([&self.radiance]);

@@ -1,4 +1,4 @@
-//! A direction in the space of a scene's parameters; and, as its dual, a gradient.
+//! Tangents: directions in the space of a scene's parameters; as the dual, gradients.
 
 use glam::{DMat3, DVec3};
 
@@ -8,19 +8,19 @@ use crate::scene::{Blend, Light, Reflectance, Scene, Value};
 /// Rates of the camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CameraTangent {
-    /// Of its origin, scene units.
+    /// Velocity of its origin, scene units.
     pub translation: DVec3,
-    /// Angular velocity about its origin, or the middle of an orthographic sensor
+    /// Angular velocity about its origin or, for an orthographic camera, the centre of its sensor
     /// ([`Camera::pivot`](crate::scene::Camera::pivot)), radians.
     pub rotation: DVec3,
-    /// Of the horizontal field of view, radians; an orthographic camera has none.
+    /// Rate of the horizontal field of view, radians; not used by an orthographic camera.
     pub field_of_view: f64,
 }
 
-/// One rate for every parameter of a scene: the direction of a forward derivative. The same type holds the
-/// derivative by every parameter, which is what reverse mode returns: [`dot`](Self::dot) pairs the two.
+/// One rate for every parameter of a scene: the direction of a forward derivative. Reverse mode returns the
+/// derivative by every parameter in the same type; [`dot`](Self::dot) pairs the two.
 ///
-/// Built by adding up motions:
+/// Build one by adding motions:
 ///
 /// ```no_run
 /// # use volume3d::{gradient::Tangent, scene::Scene};
@@ -33,35 +33,35 @@ pub struct CameraTangent {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tangent {
-    /// Of every position of every shape, one shape after the other.
+    /// Velocity of every position, shape by shape.
     pub positions: Vec<DVec3>,
-    /// Of every shading normal, in the same order. Those that follow from positions are not parameters: theirs
-    /// are ignored, and zero in a gradient.
+    /// Rates of all shading normals, in the same order. Normals computed from positions are not parameters:
+    /// their rates are ignored, and zero in a gradient.
     pub normals: Vec<DVec3>,
-    /// Of every implicit surface.
+    /// Rates of every implicit surface.
     pub implicits: Vec<ImplicitTangent>,
-    /// Of every material's constant reflectance; nothing where it is a texture.
+    /// Rate of every material's constant reflectance; unused if it is textured.
     pub reflectance: Vec<DVec3>,
-    /// Of every material's roughness; nothing where it has none.
+    /// Rate of every material's roughness; unused if it has none.
     pub roughness: Vec<f64>,
-    /// Of every texture's texels.
+    /// Rates of every texture's texels.
     pub texels: Vec<Vec<DVec3>>,
-    /// Of every shape's radiance; nothing where it emits none.
+    /// Rate of every shape's radiance; unused if it emits none.
     pub radiance: Vec<DVec3>,
-    /// Of the intensity or irradiance of every light.
+    /// Rate of every light's intensity or irradiance.
     pub intensity: Vec<DVec3>,
-    /// Of every point light's position, or the angular velocity of every directional light.
+    /// Velocity of every point light's position; angular velocity of every directional light.
     pub pose: Vec<DVec3>,
-    /// Of a constant environment's radiance.
+    /// Rate of a constant environment's radiance.
     pub environment: DVec3,
-    /// The angular velocity of an environment map.
+    /// Angular velocity of an environment map.
     pub environment_rotation: DVec3,
-    /// Of the camera.
+    /// Rates of the camera.
     pub camera: CameraTangent,
 }
 
 impl Tangent {
-    /// No change at all.
+    /// The zero tangent.
     #[must_use]
     pub fn still(scene: &Scene) -> Self {
         let d = scene.description();
@@ -81,24 +81,24 @@ impl Tangent {
         }
     }
 
-    /// The rates of one shape's positions: what `SHAPE.vertex_positions` means.
+    /// Rates of one shape's positions, the parameter `SHAPE.vertex_positions`.
     #[must_use]
     pub fn positions_of(&self, scene: &Scene, shape: usize) -> &[DVec3] {
         &self.positions[scene.position_range(shape)]
     }
 
-    /// The same, to be changed.
+    /// Mutable rates of one shape's positions.
     pub fn positions_of_mut(&mut self, scene: &Scene, shape: usize) -> &mut [DVec3] {
         &mut self.positions[scene.position_range(shape)]
     }
 
-    /// Moves a shape along `velocity`: ẋ = v.
+    /// Adds a translation of a shape: ẋ = v.
     pub fn translate(&mut self, scene: &Scene, shape: usize, velocity: DVec3) {
         self.affine(scene, shape, DVec3::ZERO, DMat3::ZERO, velocity);
     }
 
-    /// Turns a shape about an axis through `centre`, right-handed, by |ω| radians: ẋ = ω × (x − c). Given normals
-    /// turn with it.
+    /// Adds a rotation of a shape about an axis through `centre`, right-handed, by |ω| radians:
+    /// ẋ = ω × (x − c). Given normals rotate with it.
     pub fn rotate(&mut self, scene: &Scene, shape: usize, centre: DVec3, angular_velocity: DVec3) {
         let w = angular_velocity;
         let skew = DMat3::from_cols(w.cross(DVec3::X), w.cross(DVec3::Y), w.cross(DVec3::Z));
@@ -109,7 +109,7 @@ impl Tangent {
         }
     }
 
-    /// Scales a shape about `centre`: ẋ = s (x − c).
+    /// Adds a scaling of a shape about `centre`: ẋ = s (x − c).
     pub fn scale(&mut self, scene: &Scene, shape: usize, centre: DVec3, rate: f64) {
         self.affine(scene, shape, centre, DMat3::from_diagonal(DVec3::splat(rate)), DVec3::ZERO);
     }
@@ -121,7 +121,7 @@ impl Tangent {
         }
     }
 
-    /// The sum of products of all rates: a derivative along a direction from a gradient.
+    /// Sum of products of all rates: from a gradient, the derivative along a tangent.
     #[must_use]
     pub fn dot(&self, other: &Self) -> f64 {
         let sum = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum::<f64>();
@@ -141,7 +141,7 @@ impl Tangent {
             + self.camera.field_of_view * other.camera.field_of_view
     }
 
-    /// Whether its tables have the sizes of the scene's.
+    /// Whether the tables have the sizes of the scene's.
     #[must_use]
     pub fn fits(&self, scene: &Scene) -> bool {
         let still = Self::still(scene);
@@ -160,7 +160,7 @@ impl Tangent {
             && self.pose.len() == still.pose.len()
     }
 
-    /// Adds another, rate by rate.
+    /// Adds another tangent.
     pub(crate) fn add(&mut self, other: &Self) {
         let sum = |a: &mut [DVec3], b: &[DVec3]| a.iter_mut().zip(b).for_each(|(a, b)| *a += *b);
         sum(&mut self.positions, &other.positions);
@@ -179,7 +179,7 @@ impl Tangent {
         self.camera.field_of_view += other.camera.field_of_view;
     }
 
-    /// Hands the covectors of computed normals on to the positions they follow from.
+    /// Propagates covectors of computed normals to positions.
     pub(crate) fn pull_normals(&mut self, scene: &Scene, active: &ActiveParameters) {
         scene.vertex_normals.transpose(&scene.positions, &self.normals, &mut self.positions);
         for (shape, description) in scene.description.shapes.iter().enumerate() {
@@ -193,7 +193,8 @@ impl Tangent {
         }
     }
 
-    /// Whether anything changes besides: materials, textures, lights, and what surrounds all.
+    /// Whether any parameter other than geometry and camera changes: materials, textures, lights or the
+    /// environment.
     pub(crate) fn is_more_than_geometric(&self) -> bool {
         let any = |rates: &[DVec3]| rates.iter().any(|r| *r != DVec3::ZERO);
         any(&self.reflectance)
@@ -205,7 +206,7 @@ impl Tangent {
             || any(&[self.environment, self.environment_rotation])
     }
 
-    /// Whether any position or normal changes, or the camera: whether jumps may move.
+    /// Whether any position, normal or the camera changes, so that discontinuities may move.
     #[must_use]
     pub fn is_geometric(&self) -> bool {
         let any = |rates: &[DVec3]| rates.iter().any(|r| *r != DVec3::ZERO);
@@ -214,25 +215,25 @@ impl Tangent {
     }
 }
 
-/// Which parameters a reverse sweep must report.
+/// Parameters that a reverse pass differentiates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ActiveParameters {
-    /// Whether each shape's positions, and its given normals, are active.
+    /// Whether each shape's positions and given normals are active.
     pub shapes: Vec<bool>,
-    /// Whether each implicit surface's parameters and place are active.
+    /// Whether each implicit surface's parameters and placement are active.
     pub implicits: Vec<bool>,
-    /// Whether each material's reflectance, texture and roughness are.
+    /// Whether each material's reflectance, texture and roughness are active.
     pub materials: Vec<bool>,
-    /// Whether the radiance of shapes and of the environment, and the intensity of lights, are.
+    /// Whether the radiance of shapes and environment and the intensity of lights are active.
     pub lights: bool,
-    /// Whether the poses of lights and of the environment are.
+    /// Whether poses of lights and environment are active.
     pub poses: bool,
-    /// Whether the camera's place, turn and field of view are.
+    /// Whether the camera's position, rotation and field of view are active.
     pub camera: bool,
 }
 
 impl ActiveParameters {
-    /// Nothing yet.
+    /// No parameter.
     #[must_use]
     pub fn nothing(scene: &Scene) -> Self {
         let d = scene.description();
@@ -260,13 +261,13 @@ impl ActiveParameters {
         }
     }
 
-    /// Whether anything active moves geometry.
+    /// Whether any active parameter moves geometry or the camera.
     #[must_use]
     pub fn is_geometric(&self) -> bool {
         self.camera || self.shapes.iter().chain(&self.implicits).any(|&s| s)
     }
 
-    /// For every texture, whether its texels are active.
+    /// Whether each texture's texels are active.
     pub(crate) fn textures(&self, scene: &Scene) -> Vec<bool> {
         let d = scene.description();
         let mut active = vec![false; d.textures.len()];

@@ -1,48 +1,47 @@
-//! Weights that sum to one: the image of a constant scene is constant.
+//! Normalised filter weights by a control variate: the image of a constant scene is constant.
 //!
-//! A pixel is the integral ∫ h L, estimated by M = Σ h L/n over n samples. The weights of a pixel's samples
-//! do not sum to one: H = Σ h/n has noise, which scales with the light. A control variate removes it.
-//! Divide the samples into independent classes, and let c be an estimate of the light near the pixel from
-//! all classes but one. With e the expectation of the sum H of that class,
+//! A pixel is the integral ∫ h L, estimated by M = Σ h L/n over n samples. The sum of the weights, H = Σ h/n,
+//! is not one but has noise, which scales with the radiance. A control variate removes it. Divide the samples
+//! into independent classes, and let c be an estimate of the radiance near the pixel from all classes but
+//! one. With e the expectation of the sum H of that class,
 //!
 //! > S = M − (H − e) c
 //!
-//! has the expectation of M, as E(H − e) c = E(H − e) E c = 0: the image stays unbiased, which the ratio
-//! M/H is not. If the light is the same everywhere, so is c, and S = e c exactly. To first order S is M
-//! e/H. Classes contribute to one another's estimates, so that they are slightly correlated where light
-//! varies within a pixel: stated errors are a few hundredths too small with two samples, and right with
-//! many.
+//! has the expectation of M, as E(H − e) c = E(H − e) E c = 0: the image stays unbiased, unlike the ratio
+//! M/H. If the radiance is constant, so is c, and S = e c exactly. To first order S is M e/H. Classes
+//! contribute to one another's estimates and are therefore slightly correlated where radiance varies within a
+//! pixel: the reported standard errors are a few per cent too small with two samples, and correct with many.
 
 use super::film::FilmPlane;
 use super::filter::integral;
 use super::groups::{groups, parts};
 
-/// Classes of samples that are independent of one another.
+/// Independent classes of samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum UnitWeights {
-    /// None, or all weights are one.
+    /// No correction, or all weights are one.
     Untouched,
     /// The groups of samples.
     Groups,
-    /// Cells of one parity of column and row, as there is one group only.
+    /// Cells by parity of column and row, if there is only one group.
     Parities {
-        /// The part of the filter along an axis that is over cells at even distances from the pixel's own.
+        /// Fraction of the filter along an axis that lies over cells at even distances from the pixel's own.
         even: f64,
     },
 }
 
-/// Weights of three neighbouring cells along an axis in the estimate of the light near the middle one. Over
+/// Weights of three neighbouring cells along an axis in the local radiance estimate of the middle one. Over
 /// all nine cells, each parity has a weight of one quarter.
 const NEARNESS: [f64; 3] = [0.25, 0.5, 0.25];
 
 /// Number of parities of column and row.
 const PARITIES: usize = 4;
 
-/// Weights of a class for a pixel: their sum, then the sum of light near the pixel.
+/// A class's sums for a pixel: weights, then local radiance (RGB).
 pub(super) type Level = [f64; 4];
 
 impl UnitWeights {
-    /// Where cells have random numbers of their own.
+    /// Classes for cells with separate random numbers.
     pub(super) fn of_own_numbers(film: &FilmPlane, samples: usize) -> Self {
         match Self::of_shared_numbers(film, samples) {
             Self::Untouched if !film.is_box() => {
@@ -54,7 +53,7 @@ impl UnitWeights {
         }
     }
 
-    /// Where neighbouring cells share them: a single group has nothing that is independent of it.
+    /// Classes for cells that share random numbers, where a single group has no independent counterpart.
     pub(super) fn of_shared_numbers(film: &FilmPlane, samples: usize) -> Self {
         if film.is_box() || groups(samples) < 2 { Self::Untouched } else { Self::Groups }
     }
@@ -67,7 +66,7 @@ impl UnitWeights {
         }
     }
 
-    /// The class of the samples of a group in a cell.
+    /// Class of a group's samples in a cell.
     #[inline]
     pub(super) fn class(self, cell: (usize, usize), group: usize) -> usize {
         match self {
@@ -76,15 +75,15 @@ impl UnitWeights {
         }
     }
 
-    /// The weights of three cells beside one another in the estimate of the light near the middle one, or
-    /// nothing if there is none.
+    /// Weights of three neighbouring cells in the local radiance estimate of the middle one; `None` without
+    /// correction.
     #[inline]
     pub(super) fn nearness(self) -> Option<[f64; 3]> {
         (self != Self::Untouched).then_some(NEARNESS)
     }
 
-    /// Takes the noise of weights out of the sums of a pixel, of which the first three are its light, by
-    /// class. Returned are how many of them are left: one for each group.
+    /// Removes the noise of the weights from a pixel's sums by class, of which the first three quantities are
+    /// radiance. Returns the number of sums that remain: one per group.
     pub(super) fn correct<const K: usize>(
         self,
         samples: usize,
@@ -144,8 +143,7 @@ mod tests {
     use crate::gradient::tests::film;
     use crate::scene::{Camera, Description, Filter, Scene};
 
-    /// Each parity of cells has a quarter of the estimate, and what its weights are expected to be sums to
-    /// one.
+    /// Each parity of cells has one quarter of the estimate, and the expected weights sum to one.
     #[test]
     fn parities_share_a_filter() {
         for filter in

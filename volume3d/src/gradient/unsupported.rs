@@ -1,17 +1,17 @@
-//! What cannot be differentiated, and what of it may be left out knowingly.
+//! Unsupported derivatives, and which of them may be omitted explicitly.
 
 use glam::DVec3;
 
 use super::tangent::{ActiveParameters, Tangent};
 use crate::scene::{Light, Scene, parts};
 
-/// What cannot be differentiated.
+/// A derivative that is not supported.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Unsupported {
-    /// Geometry moves before an ideal mirror, or a smooth coating.
+    /// Geometry moves in front of an ideal mirror or a smooth coating.
     #[error(
-        "material `{material}` of shape `{shape}` reflects as an ideal mirror: what moves in its image jumps where no warp sees it; give it a roughness, or move nothing, or take edge sampling and allow missing mirrors"
+        "material `{material}` of shape `{shape}` reflects as an ideal mirror: discontinuities seen through a mirror are not handled; give it a roughness, keep geometry static, or use edge sampling and allow missing mirrors"
     )]
     Mirror {
         /// The mirror's shape.
@@ -19,9 +19,9 @@ pub enum Unsupported {
         /// Its material.
         material: String,
     },
-    /// Geometry moves that can be seen through a surface.
+    /// Geometry moves that is visible through a transmissive surface.
     #[error(
-        "light passes material `{material}` of shape `{shape}`: what moves behind it jumps where no warp sees it; give it another material, or move nothing, or take finite differences, or edge sampling and allow missing transmission"
+        "material `{material}` of shape `{shape}` transmits light: discontinuities seen through it are not handled; give it another material, keep geometry static, or use finite differences, or edge sampling and allow missing transmission"
     )]
     Transmission {
         /// The shape.
@@ -29,9 +29,9 @@ pub enum Unsupported {
         /// Its material.
         material: String,
     },
-    /// Geometry moves before a texture that tilts normals.
+    /// Geometry moves in front of a bump or normal map.
     #[error(
-        "a bump or normal map tilts the normals of material `{material}` of shape `{shape}`, whose jumps no warp sees; leave the map out, or move nothing, or take finite differences, or edge sampling and allow missing relief"
+        "material `{material}` of shape `{shape}` has a bump or normal map: discontinuities of its shading normals are not handled; remove the map, keep geometry static, or use finite differences, or edge sampling and allow missing relief"
     )]
     Relief {
         /// The shape.
@@ -39,40 +39,38 @@ pub enum Unsupported {
         /// Its material.
         material: String,
     },
-    /// There is a medium, whatever moves or changes.
+    /// The scene has a participating medium, whatever changes.
     #[error(
-        "medium `{medium}` fills a part of the scene, and derivatives do not see media; leave it out, or take finite differences"
+        "the scene contains medium `{medium}`, and derivatives do not support media; remove it, or use finite differences"
     )]
     Medium {
-        /// The medium.
+        /// Name of the medium.
         medium: String,
     },
-    /// A method that knows meshes only.
+    /// The method supports meshes only.
     #[error(
-        "{method} does not follow the silhouettes of implicit surface `{shape}`; take warped-area sampling, or finite differences, or move nothing"
+        "{method} does not follow the silhouettes of implicit surface `{shape}`; use warped-area sampling or finite differences, or keep geometry static"
     )]
     Implicit {
-        /// The surface.
+        /// Name of the implicit surface.
         shape: String,
         /// The method.
         method: &'static str,
     },
-    /// An orthographic camera's field of view changes.
-    #[error(
-        "the camera is orthographic, and has no field of view that could change; move or turn it, or change nothing of it"
-    )]
+    /// The field of view of an orthographic camera changes.
+    #[error("the camera is orthographic and has no field of view; translate or rotate it instead")]
     FieldOfView,
-    /// A light moves, or geometry before it, whose shadows have no width.
+    /// A point light moves, or geometry under it: its shadows have no penumbra.
     #[error(
-        "point light `{light}` casts shadows without a penumbra, whose motion no warp sees; put a small shape that emits in its place, or move nothing, or take finite differences, or edge sampling and allow missing point lights"
+        "point light `{light}` casts shadows without a penumbra, whose motion is not handled; replace it by a small emitting shape, keep geometry static, or use finite differences, or edge sampling and allow missing point lights"
     )]
     Delta {
         /// The light.
         light: String,
     },
-    /// The same of parallel light.
+    /// A directional light moves, or geometry under it.
     #[error(
-        "light `{light}` casts shadows without a penumbra, whose motion no warp sees; give it a finite kappa, or move nothing, or take finite differences, or edge sampling and allow missing parallel lights"
+        "light `{light}` casts shadows without a penumbra, whose motion is not handled; give it a finite kappa, keep geometry static, or use finite differences, or edge sampling and allow missing parallel lights"
     )]
     Parallel {
         /// The light.
@@ -80,23 +78,24 @@ pub enum Unsupported {
     },
 }
 
-/// A kind of jump whose motion [`EdgeSampling`](super::EdgeSampling) may leave out, if it is allowed to.
+/// Discontinuities whose motion [`EdgeSampling`](super::EdgeSampling) may omit, if permitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Missing {
-    /// What moves in ideal mirrors and smooth coatings: [`Unsupported::Mirror`].
+    /// Objects reflected in ideal mirrors and smooth coatings: [`Unsupported::Mirror`].
     Mirror,
-    /// What moves behind glass and in its reflection, and behind what is partly transparent: [`Unsupported::Transmission`].
+    /// Objects behind glass, reflected in it, or behind partly transparent surfaces:
+    /// [`Unsupported::Transmission`].
     Transmission,
-    /// Where normals tilted by a bump or normal map turn away: [`Unsupported::Relief`].
+    /// Curves on which bump- or normal-mapped normals turn away: [`Unsupported::Relief`].
     Relief,
-    /// Shadows of points, spots and projectors: [`Unsupported::Delta`].
+    /// Shadows of point, spot and projector lights: [`Unsupported::Delta`].
     PointLight,
-    /// Shadows of parallel light: [`Unsupported::Parallel`].
+    /// Shadows of directional lights: [`Unsupported::Parallel`].
     ParallelLight,
 }
 
 impl Unsupported {
-    /// The kind of jump, if the rest of the derivative makes sense without it.
+    /// The kind of discontinuity, if the remaining derivative is meaningful without it.
     #[must_use]
     pub fn missing(&self) -> Option<Missing> {
         match self {
@@ -110,7 +109,7 @@ impl Unsupported {
     }
 }
 
-/// Everything in a scene for which gradients along a change are refused, but for [finite
+/// Everything in a scene that prevents gradients along a tangent by methods other than [finite
 /// differences](super::FiniteDifference).
 #[must_use]
 pub fn unsupported(scene: &Scene, change: &Tangent) -> Vec<Unsupported> {
@@ -124,10 +123,10 @@ pub fn unsupported(scene: &Scene, change: &Tangent) -> Vec<Unsupported> {
     left_out_of_tangent(scene, change, &all).unwrap_or_else(|refused| vec![refused])
 }
 
-/// What of a change would be silently lost, unless it is allowed to be: then it is listed.
+/// Discontinuities of a tangent whose motion would be lost, if all of them are permitted.
 ///
 /// # Errors
-/// The first thing that is not allowed.
+/// The first one that is not permitted.
 pub(super) fn left_out_of_tangent(
     scene: &Scene,
     change: &Tangent,
@@ -139,10 +138,10 @@ pub(super) fn left_out_of_tangent(
     left_out(scene, change.is_geometric(), turned, allowed)
 }
 
-/// The same of the parameters whose derivatives are asked for.
+/// Like [`left_out_of_tangent`], for active parameters.
 ///
 /// # Errors
-/// The first thing that is not allowed.
+/// The first one that is not permitted.
 pub(super) fn left_out_of_active(
     scene: &Scene,
     active: &ActiveParameters,
@@ -152,13 +151,13 @@ pub(super) fn left_out_of_active(
     left_out(scene, active.is_geometric(), turned, allowed)
 }
 
-/// Refuses a change of a field of view where there is none.
+/// Refuses a change of the field of view of a camera that has none.
 pub(super) fn supports_field_of_view(scene: &Scene, change: &Tangent) -> Result<(), Unsupported> {
     let is_orthographic = scene.description().camera.orthographic.is_some();
     if is_orthographic && change.camera.field_of_view != 0.0 { Err(Unsupported::FieldOfView) } else { Ok(()) }
 }
 
-/// Refuses scenes with media: derivatives are of paths between surfaces.
+/// Refuses scenes with media: derivatives cover paths between surfaces only.
 pub(super) fn supports_no_media(scene: &Scene) -> Result<(), Unsupported> {
     match scene.description().media.first() {
         Some(medium) => Err(Unsupported::Medium { medium: medium.id.clone() }),
@@ -166,7 +165,7 @@ pub(super) fn supports_no_media(scene: &Scene) -> Result<(), Unsupported> {
     }
 }
 
-/// Refuses a method that knows meshes only, where geometry moves beside implicit surfaces.
+/// Refuses a method that supports meshes only if geometry moves in a scene with implicit surfaces.
 pub(super) fn supports_meshes_only(scene: &Scene, method: &'static str) -> Result<(), Unsupported> {
     match scene.description().implicits.first() {
         Some(shape) => Err(Unsupported::Implicit { shape: shape.id.clone(), method }),
@@ -186,11 +185,11 @@ fn left_out<'l>(
     refused.cloned().map_or(Ok(all), Err)
 }
 
-/// All jumps that no method follows when geometry moves.
+/// All discontinuities that no method follows when geometry moves.
 fn jumps_unseen(scene: &Scene) -> Vec<Unsupported> {
     let d = scene.description();
     if d.integrator.max_depth.is_some_and(|depth| depth < 2) {
-        // Emission alone is seen, and nothing is reflected, passed or lit.
+        // Only emission is visible: no reflection, transmission or illumination.
         return vec![];
     }
     let meshes = d.shapes.iter().map(|shape| (&shape.id, shape.material));
@@ -218,7 +217,7 @@ fn jumps_unseen(scene: &Scene) -> Vec<Unsupported> {
     surfaces.chain(d.lights.iter().filter_map(casts_hard_shadows)).collect()
 }
 
-/// A light without extent.
+/// The error for a light without extent.
 fn casts_hard_shadows(light: &Light) -> Option<Unsupported> {
     light.is_delta().then(|| match light {
         Light::Directional { id, .. } => Unsupported::Parallel { light: id.clone() },

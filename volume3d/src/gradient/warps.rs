@@ -1,4 +1,4 @@
-//! The warps of directions and of the film, whatever their fields are made of.
+//! Warps of directions and of the film, for all types of field.
 
 use flatland::sdf::Jet;
 use flatland::warp::{Field, LinearField, Plane, Stencil};
@@ -11,14 +11,14 @@ use super::jump_mean::{JumpMean, LevelSetTap};
 use super::rigid_motion::RigidMotion;
 use crate::Sphere;
 
-/// A warp of the directions at a bounce.
+/// Warp of the directions at a bounce.
 #[derive(Clone, Debug)]
 pub(crate) enum DirectionWarp {
-    /// The mean of what auxiliary rays see.
+    /// Weighted mean over auxiliary rays.
     Rays(Stencil<Sphere, FollowedPoint>),
     /// One rigid motion.
     Rigid(RigidMotion<Sphere>),
-    /// From the edges near by.
+    /// Mean over nearby discontinuities.
     JumpMean(JumpMean),
 }
 
@@ -33,7 +33,7 @@ impl DirectionWarp {
 }
 
 impl DirectionWarp {
-    /// What implicit surfaces give to the field, from φ̇ and ∇φ̇ as the viewer sees them.
+    /// Contribution of implicit surfaces to the field, from φ̇ and ∇φ̇ relative to the viewer.
     pub(crate) fn level_set_field(&self, rate: impl FnMut(&LevelSetTap) -> Jet<DVec3>) -> Field<DVec3> {
         match self {
             Self::Rays(_) | Self::Rigid(_) => Field::ZERO,
@@ -41,7 +41,8 @@ impl DirectionWarp {
         }
     }
 
-    /// The transpose: hands each its covector in a·V + b ∇·V.
+    /// Transpose of [`level_set_field`](Self::level_set_field): hands each surface its covector in a·V + b
+    /// ∇·V.
     pub(crate) fn scatter_level_sets(&self, a: DVec3, b: f64, add: impl FnMut(&LevelSetTap, Jet<DVec3>)) {
         match self {
             Self::Rays(_) | Self::Rigid(_) => {}
@@ -55,7 +56,7 @@ impl LinearField for DirectionWarp {
     type Source = FollowedPoint;
     type Rate = DVec3;
 
-    /// The field, from the angular velocity of each point that is followed.
+    /// The field, from the angular velocity of each followed point.
     fn field(&self, velocity: impl FnMut(&FollowedPoint) -> DVec3) -> Field<DVec3> {
         match self {
             Self::Rays(stencil) => stencil.field(velocity),
@@ -64,7 +65,7 @@ impl LinearField for DirectionWarp {
         }
     }
 
-    /// The transpose: hands each point its covector in a·V + b ∇·V.
+    /// Transpose of `field`: hands each point its covector in a·V + b ∇·V.
     fn scatter(&self, a: DVec3, b: f64, add: impl FnMut(&FollowedPoint, DVec3)) {
         match self {
             Self::Rays(stencil) => stencil.scatter(a, b, add),
@@ -74,24 +75,25 @@ impl LinearField for DirectionWarp {
     }
 }
 
-/// A warp of film points, in pixels.
+/// Warp of film points, in pixels.
 ///
-/// It is linear in the apparent velocities of what is followed: of the directions in which the camera sees it.
+/// Linear in the apparent velocities of the followed points, the rates of the directions in which the camera
+/// sees them.
 #[derive(Clone, Debug)]
 pub(crate) struct FilmWarp {
     pub(crate) field: FilmField,
     pub(crate) film: FilmPlane,
 }
 
-/// What a warp of film points is made from.
+/// Type of field on the film.
 #[derive(Clone, Debug)]
 pub(crate) enum FilmField {
-    /// The mean of what auxiliary rays see.
+    /// Weighted mean over auxiliary rays.
     Rays(Stencil<Plane, FollowedPoint>),
     /// One rigid motion.
     Rigid(RigidMotion<Plane>),
-    /// From the edges near a direction. With j ∝ 1/cos³ θ the area of the film a steradian, ∇·V on the film is
-    /// ∇·(j V)/j on directions.
+    /// Mean over discontinuities near a direction. With j ∝ 1/cos³ θ the film area per steradian, ∇·V on the
+    /// film is ∇·(j V)/j on directions.
     JumpMean(JumpMean, DVec3),
 }
 
@@ -104,13 +106,13 @@ impl FilmWarp {
         }
     }
 
-    /// The apparent velocity of a point seen along a direction: (ẋ − ȯ)/distance, which is given, less what the camera's
-    /// own rotation and zoom make of the direction.
+    /// Apparent velocity of a point seen along a direction: `relative` = (ẋ − ȯ)/distance less the apparent
+    /// motion due to the camera's rotation and zoom.
     pub(crate) fn apparent(&self, direction: DVec3, relative: DVec3, camera: &CameraTangent) -> DVec3 {
         relative - camera.rotation.cross(direction) + self.film.zoom(direction) * camera.field_of_view
     }
 
-    /// What implicit surfaces give to the field, from φ̇ and ∇φ̇ as the camera sees them.
+    /// Contribution of implicit surfaces to the field, from φ̇ and ∇φ̇ relative to the camera.
     pub(crate) fn level_set_field(&self, rate: impl FnMut(&LevelSetTap) -> Jet<DVec3>) -> Field<DVec2> {
         match &self.field {
             FilmField::Rays(_) | FilmField::Rigid(_) => Field::ZERO,
@@ -118,29 +120,31 @@ impl FilmWarp {
         }
     }
 
-    /// The transpose: hands each its covector in a·V + b ∇·V.
+    /// Transpose of [`level_set_field`](Self::level_set_field): hands each surface its covector in a·V + b
+    /// ∇·V.
     pub(crate) fn scatter_level_sets(&self, a: DVec2, b: f64, add: impl FnMut(&LevelSetTap, Jet<DVec3>)) {
         if let FilmField::JumpMean(mean, direction) = &self.field {
             mean.scatter_level_sets(self.on_film_transpose(*direction, a, b), b, add);
         }
     }
 
-    /// A field of directions as one of film points.
+    /// Maps a field of directions to film points.
     fn on_film(&self, direction: DVec3, Field { value, divergence }: Field<DVec3>) -> Field<DVec2> {
         let tilt = self.film.forward().dot(value) / self.film.forward().dot(direction);
         Field { value: self.film.jacobian(direction).apply(value), divergence: divergence - 3.0 * tilt }
     }
 
-    /// The transpose: a of a·V + b ∇·V for directions.
+    /// Transpose of [`on_film`](Self::on_film): covector a of a·V + b ∇·V for directions.
     fn on_film_transpose(&self, direction: DVec3, a: DVec2, b: f64) -> DVec3 {
         let tilt = self.film.forward() * (3.0 * b / self.film.forward().dot(direction));
         self.film.jacobian(direction).transpose(a) - tilt
     }
 
-    /// φ̇ and ∇φ̇ that a camera which moves, turns and zooms sees of a surface that stands still.
+    /// φ̇ and ∇φ̇ of a static surface relative to a camera that translates, rotates and zooms.
     ///
-    /// It sees what it would see standing still if space moved by −(ȯ + A r), r = x − o, with A r = w × r − g r_⊥: g is the rate
-    /// at which the image grows, and r_⊥ is across the camera's axis, from where the middle of the film looks.
+    /// They equal those for a static camera in a space that moves by −(ȯ + A r), r = x − o, with A
+    /// r = w × r − g r_⊥: g is the growth rate of the image, and r_⊥ is the component of r orthogonal to the
+    /// camera's axis, measured from the image centre's direction.
     pub(crate) fn camera_rate(&self, tap: &LevelSetTap, camera: &CameraTangent) -> Jet<DVec3> {
         let growth = self.film.growth() * camera.field_of_view;
         let (r, gradient) = (tap.point() - self.film.still.origin.value(), tap.there.jet.gradient);
@@ -150,7 +154,7 @@ impl FilmWarp {
         tap.there.advected(velocity) + Jet { value: 0.0, gradient: turned }
     }
 
-    /// The transpose: what a covector of these gives to translation, rotation and field of view.
+    /// Transpose of [`camera_rate`](Self::camera_rate): covectors of translation, rotation and field of view.
     pub(crate) fn camera_rate_transpose(
         &self,
         tap: &LevelSetTap,
@@ -165,7 +169,7 @@ impl FilmWarp {
         (c, rotation, growth * self.film.growth())
     }
 
-    /// The transpose: what a covector of the apparent velocity gives to the rates of rotation and field of view.
+    /// Transpose of [`apparent`](Self::apparent): covectors of rotation and field of view.
     pub(crate) fn apparent_transpose(&self, direction: DVec3, covector: DVec3) -> (DVec3, f64) {
         (-direction.cross(covector), self.film.zoom(direction).dot(covector))
     }
@@ -176,7 +180,7 @@ impl LinearField for FilmWarp {
     type Source = FollowedPoint;
     type Rate = DVec3;
 
-    /// The field, from the apparent velocity of each point that is followed.
+    /// The field, from the apparent velocity of each followed point.
     fn field(&self, mut velocity: impl FnMut(&FollowedPoint) -> DVec3) -> Field<DVec2> {
         let film = &self.film;
         let on_film = |seen: &FollowedPoint| film.jacobian(seen.direction).apply(velocity(seen));
@@ -187,7 +191,7 @@ impl LinearField for FilmWarp {
         }
     }
 
-    /// The transpose: hands each point its covector in a·V + b ∇·V.
+    /// Transpose of `field`: hands each point its covector in a·V + b ∇·V.
     fn scatter(&self, a: DVec2, b: f64, mut add: impl FnMut(&FollowedPoint, DVec3)) {
         let film = &self.film;
         let on_film = |seen: &FollowedPoint, c| add(seen, film.jacobian(seen.direction).transpose(c));

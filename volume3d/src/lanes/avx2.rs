@@ -1,4 +1,4 @@
-//! Eight lanes in one 256-bit register, with fused multiplication and addition.
+//! Eight lanes in one 256-bit register, with fused multiply–add.
 
 use std::arch::x86_64::{__m256, __m256d, _CMP_LE_OQ, _CMP_LT_OQ, _MM_HINT_T0};
 
@@ -7,7 +7,7 @@ use pulp::x86::V3;
 
 use super::{Half, Lanes, Row, Steps, Task, WIDTH};
 
-/// A task whose code is generated for AVX2.
+/// A task compiled for AVX2.
 pub(super) struct Vectorized<T>(pub(super) V3, pub(super) T);
 
 impl<T: Task> NullaryFnOnce for Vectorized<T> {
@@ -102,7 +102,7 @@ impl Lanes for V3 {
     fn by_bit(self, bytes: &[u8; 4 * WIDTH]) -> [u32; WIDTH] {
         let mut bytes = pulp::cast(*bytes);
         let mut numbers = [0; WIDTH];
-        // The highest bit of each byte, and then the next one.
+        // The highest bit of each byte, then the next one.
         for number in numbers.iter_mut().rev() {
             *number = self.avx2._mm256_movemask_epi8(bytes) as u32;
             bytes = self.avx2._mm256_add_epi8(bytes, bytes);

@@ -1,11 +1,13 @@
-//! Eight single-precision numbers, or four in double precision, side by side, in the widest registers the machine has.
+//! SIMD lanes: eight single-precision numbers, or four in double precision, in the widest registers of the
+//! machine.
 //!
-//! The filters of the traversal of meshes, and the sums over the nodes of a grid, are written once over [`Lanes`]. What the filters decide is conservative
-//! on every implementation; a fused or an unfused [`Lanes::mul_add`] changes which triangles are
-//! looked at in double precision, never the answer.
+//! Filters of the mesh traversal, and sums over grid nodes, are written once over [`Lanes`]. The filters are
+//! conservative in every implementation; a fused or unfused [`Lanes::mul_add`] changes which triangles are
+//! tested in double precision, never the result.
 //!
-//! Code is generated for an instruction set only where it is inlined into [`Instructions::run`]. So everything on
-//! that path is `#[inline(always)]`, and closures, which cannot be, stay off it (with `array::map`).
+//! Code is generated for an instruction set only where it is inlined into [`Instructions::run`]. Everything
+//! on that path is therefore `#[inline(always)]`, without closures, which cannot be (and `array::map` with
+//! them).
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -16,24 +18,23 @@ mod sse2;
 #[cfg(target_arch = "x86_64")]
 use pulp::x86::{V1, V3};
 
-/// The number of lanes, of children of a node and of triangles in a leaf.
+/// Number of lanes, of children of a node and of triangles in a leaf.
 pub(crate) const WIDTH: usize = 8;
 
-/// One number a lane, as it stands in memory.
+/// One number per lane, in memory.
 pub(crate) type Row = [f32; WIDTH];
 
-/// One whole number below 2¹⁶ a lane.
+/// One integer below 2¹⁶ per lane.
 pub(crate) type Steps = [u16; WIDTH];
 
-/// Half a row in double precision.
+/// Half a row, in double precision.
 pub(crate) type Half = [f64; WIDTH / 2];
 
-/// Arithmetic on eight lanes. Comparisons give one bit a lane, lane 0 lowest.
+/// Arithmetic on eight lanes. Comparisons return one bit per lane, lane 0 lowest.
 pub(crate) trait Lanes: Copy {
-    /// The eight numbers in registers.
+    /// Eight single-precision numbers in registers.
     type Float: Copy;
-    /// Four numbers in double precision. Nothing done with them is fused, so that the results are those of the
-    /// same operations one by one.
+    /// Four double-precision numbers. Operations are never fused, so that results equal those of scalar code.
     type Double: Copy;
 
     fn splat(self, value: f32) -> Self::Float;
@@ -55,7 +56,7 @@ pub(crate) trait Lanes: Copy {
     fn sqrt(self, a: Self::Float) -> Self::Float;
     fn less_equal(self, a: Self::Float, b: Self::Float) -> u32;
 
-    /// By bit, the bytes in which it is set: bit j of byte i becomes bit i of number j.
+    /// Transposes bits: bit j of byte i becomes bit i of number j.
     fn by_bit(self, bytes: &[u8; 4 * WIDTH]) -> [u32; WIDTH];
     fn splat_double(self, value: f64) -> Self::Double;
     fn load_double(self, half: &Half) -> Self::Double;
@@ -64,22 +65,22 @@ pub(crate) trait Lanes: Copy {
     fn sub_double(self, a: Self::Double, b: Self::Double) -> Self::Double;
     fn mul_double(self, a: Self::Double, b: Self::Double) -> Self::Double;
     fn div_double(self, a: Self::Double, b: Self::Double) -> Self::Double;
-    /// a where a < b, elsewhere b.
+    /// a where a < b, else b.
     fn min_double(self, a: Self::Double, b: Self::Double) -> Self::Double;
-    /// a where a > b, elsewhere b.
+    /// a where a > b, else b.
     fn max_double(self, a: Self::Double, b: Self::Double) -> Self::Double;
     fn abs_double(self, a: Self::Double) -> Self::Double;
     fn less_double(self, a: Self::Double, b: Self::Double) -> u32;
     fn prefetch(self, address: *const i8);
 }
 
-/// A piece of work to be compiled for each implementation.
+/// A computation compiled for each implementation.
 pub(crate) trait Task {
     type Output;
     fn run<L: Lanes>(self, lanes: L) -> Self::Output;
 }
 
-/// The instructions that a machine was found to have.
+/// The instruction set detected.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Instructions {
     #[cfg(target_arch = "x86_64")]
@@ -96,7 +97,7 @@ impl Default for Instructions {
 }
 
 impl Instructions {
-    /// The best this machine has.
+    /// The best one of this machine.
     pub(crate) fn detect() -> Self {
         #[cfg(target_arch = "x86_64")]
         {
@@ -122,7 +123,7 @@ impl Instructions {
     }
 }
 
-/// Takes the lowest lane from a mask that is not empty.
+/// Removes the lowest lane from a nonempty mask, and returns it.
 #[inline(always)]
 pub(crate) fn next(mask: &mut u32) -> usize {
     let lane = mask.trailing_zeros() as usize;

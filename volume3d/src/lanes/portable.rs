@@ -1,4 +1,4 @@
-//! Eight lanes in an array, for the compiler to vectorise as the target allows.
+//! Eight lanes in an array, vectorised by the compiler as the target allows.
 
 use std::array::from_fn;
 

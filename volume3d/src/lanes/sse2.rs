@@ -1,4 +1,4 @@
-//! Eight lanes in two 128-bit registers: what every x86-64 machine has.
+//! Eight lanes in two 128-bit registers, available on every x86-64 machine.
 
 use std::arch::x86_64::{__m128, __m128d, __m128i, _MM_HINT_T0};
 
@@ -8,7 +8,7 @@ use super::{Half, Lanes, Row, Steps, WIDTH};
 
 /// The low four lanes and the high four.
 type Pair = [__m128; 2];
-/// The same in double precision: two lanes and two.
+/// Double precision: two lanes and two.
 type PairDouble = [__m128d; 2];
 
 impl Lanes for V1 {
@@ -102,7 +102,7 @@ impl Lanes for V1 {
     fn by_bit(self, bytes: &[u8; 4 * WIDTH]) -> [u32; WIDTH] {
         let [mut low, mut high]: [__m128i; 2] = pulp::cast(*bytes);
         let mut numbers = [0; WIDTH];
-        // The highest bit of each byte, and then the next one.
+        // The highest bit of each byte, then the next one.
         for number in numbers.iter_mut().rev() {
             let [a, b] = [self.sse2._mm_movemask_epi8(low), self.sse2._mm_movemask_epi8(high)];
             *number = (a | b << 16) as u32;

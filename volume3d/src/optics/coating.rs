@@ -1,4 +1,4 @@
-//! What a dielectric coating lets through: by Fresnel's equations if it is smooth, in tables if it is rough.
+//! Transmittance of a dielectric coating: Fresnel's equations if it is smooth, tables if it is rough.
 
 use std::f64::consts::PI;
 
@@ -10,34 +10,34 @@ use super::{Microfacets, fresnel};
 /// Nodes of a table over the cosine.
 const NODES: usize = 64;
 
-/// Nodes of the integral over facets: by slope and around.
+/// Nodes of the integral over facets: in slope and azimuth.
 const SLOPES: usize = 48;
 const TURNS: usize = 24;
 
-/// The step of the differences that derivatives by the roughness are, relative to it. At the critical angle Fresnel's term has
-/// the slope of a root: the derivative of the sum over nodes, node by node, is 7 % off where differences over this step agree
+/// Relative step of the finite differences by roughness. At the critical angle Fresnel's term has the slope
+/// of a square root: the sum of per-node derivatives is off by 7 %, while differences over this step agree
 /// with wider ones within 5 %.
 const STEP: f64 = 0.02;
 
-/// How much light passes a coating, by its angle, and how much of diffuse light it throws back from within: with both,
-/// diffuse reflection below it is as in Mitsuba's `plastic` and `roughplastic`. Of a rough one, the derivatives by the
-/// roughness are kept beside the values.
+/// Transmittance of a coating by angle, and its internal reflectance for diffuse light; with both, diffuse
+/// reflection below it is as in Mitsuba's `plastic` and `roughplastic`. For a rough coating, derivatives by
+/// the roughness are stored with the values.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Coating {
-    /// The inner over the outer index of refraction.
+    /// Ratio of the inner to the outer index of refraction.
     eta: f64,
-    /// By evenly spaced cosines; nothing if it is smooth.
+    /// By evenly spaced cosines; empty if it is smooth.
     transmitted: Vec<Dual<1>>,
     internal: Dual<1>,
 }
 
 impl Coating {
-    /// A smooth one, with the inner over the outer index of refraction.
+    /// A smooth coating, with the ratio of the inner to the outer index of refraction.
     pub(crate) fn smooth(eta: f64) -> Self {
         Self { eta, transmitted: vec![], internal: Dual::constant(fresnel::diffuse(1.0 / eta)) }
     }
 
-    /// One of facets with a roughness.
+    /// A rough coating.
     pub(crate) fn rough(distribution: Microfacets, alpha: f64, eta: f64) -> Self {
         let by_alpha = |function: &(dyn Fn(f64) -> f64 + Sync)| {
             let step = STEP * alpha;
@@ -47,14 +47,15 @@ impl Coating {
         let at = |alpha| (distribution, alpha);
         let nodes = || (0..NODES).into_par_iter().map(cosine);
         let transmitted = nodes().map(|mu| by_alpha(&|alpha| transmittance(at(alpha), eta, mu))).collect();
-        // The mean over nodes, as the format has it: 1.6 % above the integral 2 ∫ R μ dμ. Summed in order.
+        // Mean over nodes, as in the reference implementation: 1.6 % above the integral 2 ∫ R μ dμ. Summed in
+        // order.
         let weighted: Vec<Dual<1>> =
             nodes().map(|mu| by_alpha(&|alpha| reflectance(at(alpha), 1.0 / eta, mu)) * mu).collect();
         let internal = weighted.into_iter().fold(Dual::constant(0.0), |a, b| a + b) * (2.0 / NODES as f64);
         Self { eta, transmitted, internal }
     }
 
-    /// The part of light at an angle that is let through, linear between nodes, for the roughness of the table.
+    /// Transmittance at an angle, linear between nodes, for the roughness of the table.
     pub(crate) fn transmitted<T: Number>(&self, cosine: T, alpha: T) -> T {
         if self.transmitted.is_empty() {
             return T::constant(1.0) - fresnel::dielectric(cosine, self.eta).0;
@@ -66,27 +67,28 @@ impl Coating {
         low * (T::constant(1.0) - rest) + high * rest
     }
 
-    /// The part of diffuse light from within that is thrown back.
+    /// Internal reflectance for diffuse light.
     pub(crate) fn internal<T: Number>(&self, alpha: T) -> T {
         numbered(self.internal, alpha)
     }
 }
 
-/// A function of the roughness, given its value and derivative.
+/// A function of the roughness, from its value and derivative.
 fn numbered<T: Number>(entry: Dual<1>, alpha: T) -> T {
     alpha.chain(entry.value, entry.tangent[0])
 }
 
-/// Cosines of the nodes. Light that grazes exactly sees no facet.
+/// Cosines of the nodes. At exactly grazing incidence no facet is visible.
 fn cosine(node: usize) -> f64 {
     (node as f64 / (NODES - 1) as f64).max(1e-6)
 }
 
-/// The mean over facets that a direction sees, D G₁(θᵢ) (v·m)⁺/cos θᵢ, of a function of v·m and of the facet's height m·n that
-/// tells the height of where its light goes, and how much goes there; what is hidden there is left out.
+/// Mean over the facets visible from a direction, D G₁(θᵢ) (v·m)⁺/cos θᵢ, of a function of v·m and of the
+/// facet's height m·n, which returns the height of the outgoing direction and the fraction of light there;
+/// shadowed light is excluded.
 ///
-/// Facets are drawn with density D cos θ, tan²θ = α² s(u), at midpoints: of 1 − √(1 − u), as the steepest facets of GGX
-/// matter most at grazing angles, and of the angle around.
+/// Facets are sampled with density D cos θ, tan²θ = α² s(u), at midpoints: of 1 − √(1 − u), as the steepest
+/// facets of GGX matter most at grazing angles, and of the azimuth.
 fn mean(
     (distribution, alpha): (Microfacets, f64),
     cosine: f64,
@@ -116,17 +118,17 @@ fn mean(
     sum * distribution.unshadowed(cosine, alpha) * (1.0 / (SLOPES * TURNS) as f64)
 }
 
-/// What passes facets to the other side, where nothing hides it.
+/// Light that facets transmit, without the shadowed part.
 fn transmittance(facets: (Microfacets, f64), eta: f64, cosine: f64) -> f64 {
     mean(facets, cosine, |visible, up| {
         let (reflected, beyond) = fresnel::dielectric(visible, eta);
-        // Below by −((v·m/η − cos θₜ) m − v/η)·n.
+        // Below, at −((v·m/η − cos θₜ) m − v/η)·n.
         let depth = (beyond - visible * (1.0 / eta)) * up + cosine / eta;
         (depth, 1.0 - reflected)
     })
 }
 
-/// What facets reflect to their own side, where nothing hides it.
+/// Light that facets reflect, without the shadowed part.
 fn reflectance(facets: (Microfacets, f64), eta: f64, cosine: f64) -> f64 {
     mean(facets, cosine, |visible, up| {
         let height = visible * up * 2.0 - cosine;
@@ -138,7 +140,7 @@ fn reflectance(facets: (Microfacets, f64), eta: f64, cosine: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// A nearly smooth coating is Fresnel's, inside and out.
+    /// A nearly smooth coating equals Fresnel's, inside and out.
     #[test]
     fn smooth_coatings_are_known() {
         for distribution in [Microfacets::Beckmann, Microfacets::Ggx] {
@@ -153,7 +155,7 @@ mod tests {
         }
     }
 
-    /// Against 1600 × 400 nodes of the same integrals, for η = 1.5.
+    /// Comparison with 1600 × 400 nodes of the same integrals, for η = 1.5.
     #[test]
     fn tables_have_converged() {
         let known = [(Microfacets::Ggx, 0.3, 0.825, 0.9528), (Microfacets::Beckmann, 0.3, 0.8380, 0.9598)];
@@ -169,7 +171,7 @@ mod tests {
     #[test]
     fn derivatives_by_the_roughness_are_those_of_differences() {
         for distribution in [Microfacets::Beckmann, Microfacets::Ggx] {
-            // A wider step than the tables have, so that each tells the other's error.
+            // A wider step than that of the tables, so that each reveals the other's error.
             let (alpha, h) = (0.2, 0.01);
             let [low, at, high] = [alpha - h, alpha, alpha + h].map(|a| Coating::rough(distribution, a, 1.5));
             for i in 0..NODES {

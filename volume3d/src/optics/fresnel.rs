@@ -1,9 +1,9 @@
-//! Fresnel's equations, for light that is not polarised.
+//! Fresnel's equations for unpolarised light.
 
 use flatland::calculus::{Number, Rgb};
 use glam::DVec3;
 
-/// What a conductor reflects at an angle, by channel.
+/// Reflectance of a conductor at an angle, by channel.
 pub(crate) fn conductor_rgb<T: Number>(cosine: T, eta: DVec3, k: DVec3) -> Rgb<T> {
     Rgb(std::array::from_fn(|i| conductor(cosine, eta[i], k[i])))
 }
@@ -22,8 +22,9 @@ fn conductor<T: Number>(cosine: T, eta: f64, k: f64) -> T {
     (perpendicular + parallel) * 0.5
 }
 
-/// What a boundary between two dielectrics reflects, and the cosine of the refracted direction: 1 and 0 where all is
-/// reflected. `eta` is the index of refraction beyond the boundary over that on the side of the light.
+/// Reflectance of a boundary between two dielectrics, and the cosine of the refracted direction: 1 and 0 for
+/// total reflection. `eta` is the index of refraction beyond the boundary relative to that on the side of the
+/// light.
 pub(crate) fn dielectric<T: Number>(cosine: T, eta: f64) -> (T, T) {
     let one = T::constant(1.0);
     let beyond2 = one - (one - cosine.squared()) * (1.0 / (eta * eta));
@@ -36,10 +37,10 @@ pub(crate) fn dielectric<T: Number>(cosine: T, eta: f64) -> (T, T) {
     ((perpendicular.squared() + parallel.squared()) * 0.5, beyond)
 }
 
-/// What the boundary reflects of diffuse light, 2 ∫₀¹ F(μ) μ dμ, with `eta` as in [`dielectric`].
+/// Reflectance of the boundary for diffuse light, 2 ∫₀¹ F(μ) μ dμ, with `eta` as in [`dielectric`].
 pub(crate) fn diffuse(eta: f64) -> f64 {
     if eta < 1.0 {
-        // What enters a medium and what leaves it are in the ratio of the squared indices (Duntley 1942).
+        // Transmittances in both directions are in the ratio of the squared indices (Duntley 1942).
         return 1.0 - (1.0 - diffuse(1.0 / eta)) * eta * eta;
     }
     // Simpson's rule; the integrand is smooth towards the denser medium.
@@ -58,14 +59,15 @@ mod tests {
 
     #[test]
     fn dielectrics_reflect_what_is_known() {
-        // Normal incidence: ((η − 1)/(η + 1))²; none at Brewster's angle of parallel light; all beyond the critical angle.
+        // Normal incidence: ((η − 1)/(η + 1))²; zero at Brewster's angle for parallel polarisation; total
+        // beyond the critical angle.
         assert!((dielectric(1.0, 1.5).0 - 0.04).abs() < 1e-15);
         let brewster = 1.0 / (1.0 + 1.5_f64 * 1.5).sqrt();
         let (reflected, beyond) = dielectric(brewster, 1.5);
         assert!((reflected - 0.5 * ((1.0 - 2.25) / (1.0 + 2.25_f64)).powi(2)).abs() < 1e-15);
         assert!((beyond * beyond + brewster * brewster - 1.0).abs() < 1e-15);
         assert_eq!(dielectric(0.5, 1.0 / 1.5), (1.0, 0.0));
-        // The two sides reflect alike along one refracted path.
+        // The two sides reflect equally along one refracted path.
         let (there, beyond) = dielectric(0.7, 1.5);
         let (back, cosine) = dielectric(beyond, 1.0 / 1.5);
         assert!((there - back).abs() < 1e-15 && (cosine - 0.7).abs() < 1e-15);
@@ -73,7 +75,7 @@ mod tests {
 
     #[test]
     fn diffuse_reflectances_are_those_of_tables() {
-        // Egan and Hilgeman (1973), table for n = 1.5: 0.0918 from without and 0.5963 from within.
+        // Egan and Hilgeman (1973), table for n = 1.5: 0.0918 from outside and 0.5963 from inside.
         assert!((diffuse(1.5) - 0.0918).abs() < 1e-4, "{}", diffuse(1.5));
         assert!((diffuse(1.0 / 1.5) - 0.5963).abs() < 1e-4, "{}", diffuse(1.0 / 1.5));
     }

@@ -1,11 +1,11 @@
-//! Facets of a rough surface: how their normals are distributed, which of them are hidden, and how they are drawn.
+//! Microfacet distributions: normals, masking and sampling.
 
 use std::f64::consts::{PI, TAU};
 
 use flatland::calculus::Number;
 use glam::{DVec2, DVec3};
 
-/// The distribution of the normals of a rough surface's facets.
+/// Distribution of a rough surface's microfacet normals.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Microfacets {
     /// Beckmann and Spizzichino (1963).
@@ -25,7 +25,7 @@ impl Microfacets {
         self.density_at((T::constant(1.0) - cos2) / (cos2 * alpha2), cos2, alpha2)
     }
 
-    /// The same by tan²θ/α² in the direction of the slope, cos²θ, and the product of the α of both axes.
+    /// D from tan²θ/α² in the direction of the slope, cos²θ, and the product of the α of both axes.
     pub(crate) fn density_at<T: Number>(self, slope: T, cos2: T, alpha2: T) -> T {
         let scale = alpha2 * cos2.squared() * PI;
         match self {
@@ -34,7 +34,8 @@ impl Microfacets {
         }
     }
 
-    /// Smith's G₁(cos θ): the part of facets that is not hidden. Beckmann's as approximated by Walter et al. (2007).
+    /// Smith's G₁(cos θ): the unmasked fraction of facets. Beckmann's as approximated by Walter et al.
+    /// (2007).
     pub(crate) fn unshadowed<T: Number>(self, cosine: T, alpha: T) -> T {
         if cosine.value() <= 0.0 {
             return T::constant(0.0);
@@ -43,7 +44,7 @@ impl Microfacets {
         self.unshadowed_at(alpha.squared() * ((T::constant(1.0) - cos2) / cos2))
     }
 
-    /// The same by α² tan²θ, with α that of the direction.
+    /// G₁ from α² tan²θ, with α that of the direction.
     pub(crate) fn unshadowed_at<T: Number>(self, slope2: T) -> T {
         let one = T::constant(1.0);
         if slope2.value() <= 0.0 {
@@ -61,8 +62,8 @@ impl Microfacets {
         }
     }
 
-    /// A facet's normal, in the frame in which the surface's is z, for a viewer above: visible ones of GGX, all of
-    /// Beckmann. α is that of both axes.
+    /// Samples a facet normal, in the frame in which the surface's normal is z, for a viewer above: visible
+    /// normals for GGX, all normals for Beckmann. α is that of both axes.
     pub(crate) fn sample(self, viewer: DVec3, alpha: DVec2, numbers: [f64; 2]) -> DVec3 {
         match self {
             Self::Beckmann => beckmann_normal(alpha, numbers),
@@ -70,9 +71,8 @@ impl Microfacets {
         }
     }
 
-    /// The density of [`sample`](Self::sample) per solid angle of normals: by that of facets, by the part of them that the viewer
-    /// sees, and by the cosines that the viewer makes with the surface's normal and with the facet's, and these two with one
-    /// another.
+    /// Density of [`sample`](Self::sample) per solid angle of normals, from D, G₁ of the viewer, the viewer's
+    /// cosines with the surface's normal and with the facet's, and the cosine between these two normals.
     pub(crate) fn sampling_density(
         self,
         facets: f64,

@@ -1,5 +1,5 @@
-//! What a boundary between two media does to light, in numbers: Fresnel's equations, and the facets of rough ones; and how
-//! the particles of a medium scatter it. It knows nothing of scenes and paths.
+//! Optics of boundaries and media: Fresnel's equations, microfacets, and phase functions. Independent of
+//! scenes and paths.
 
 mod coating;
 pub(crate) mod fresnel;

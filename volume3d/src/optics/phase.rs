@@ -1,22 +1,22 @@
-//! How the particles of a medium scatter light: densities of directions, which are their own sampling densities.
+//! Phase functions: scattering densities of directions, which are also the sampling densities.
 
 use std::f64::consts::PI;
 
-/// The density per steradian with which light goes on at an angle from its way so far (Henyey and Greenstein 1941),
+/// Density per steradian of the scattering angle θ (Henyey and Greenstein 1941),
 ///
 /// ```text
 /// p(cos θ) = (1 − g²)/(4π (1 + g² − 2 g cos θ)^{3/2}),
 /// ```
 ///
-/// whose mean cosine is g, in (−1, 1): 0 is the same in all directions.
+/// with mean cosine g in (−1, 1): 0 is isotropic.
 pub(crate) fn henyey_greenstein(g: f64, cosine: f64) -> f64 {
-    // 1 + g² − 2 g cos θ, without cancellation where light hardly turns.
+    // 1 + g² − 2 g cos θ, without cancellation at small angles.
     let squared = (1.0 - g).powi(2) + 2.0 * g * (1.0 - cosine);
     (1.0 - g * g) / (4.0 * PI * squared * squared.sqrt())
 }
 
-/// A cosine with that density, from a number of (0, 1): the inverse of the cumulated density, with g cancelled, so that it
-/// holds at 0 as well.
+/// Samples a cosine with that density from a number in (0, 1): the inverse of the cumulative distribution,
+/// with g cancelled, so that it holds at 0 as well.
 pub(crate) fn sample_cosine(g: f64, xi: f64) -> f64 {
     let u = 2.0 * xi - 1.0;
     let a = 1.0 + g * u;
@@ -46,7 +46,7 @@ mod tests {
         }
     }
 
-    /// The part of the light below a sampled cosine is the number that it was sampled from.
+    /// The fraction of light below a sampled cosine is the number from which it was sampled.
     #[test]
     fn cosines_are_sampled_by_their_density() {
         for g in [-0.9, -0.3, 0.0, 1e-9, 0.5, 0.95] {

@@ -1,4 +1,4 @@
-//! Lights in one point that send more one way than another.
+//! Spot and projector lights.
 
 use flatland::calculus::{Number, Rgb, Vec3};
 use glam::{DMat3, DVec3};
@@ -7,7 +7,7 @@ use super::calculus::Calculus;
 use super::texture::lookup;
 use crate::scene::{Light, Scene};
 
-/// The intensity that leaves a light in one point along a unit direction, over the light's own.
+/// Relative intensity of a point, spot or projector light along a unit direction.
 pub(super) fn profile<C: Calculus>(
     scene: &Scene,
     calculus: &C,

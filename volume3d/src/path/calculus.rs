@@ -1,11 +1,11 @@
-//! Where the numbers of a sample come from.
+//! The calculus: the source of a sample's numbers, with or without derivatives.
 
 use flatland::calculus::{Number, Rgb, Vec3};
 use glam::DVec3;
 
 use crate::scene::{Hit, SHORT, Scene, Surface};
 
-/// A camera's frame in numbers, and its focal length in pixels.
+/// A camera frame over numbers, with the focal length in pixels.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Frame<T> {
     pub(crate) origin: Vec3<T>,
@@ -15,16 +15,16 @@ pub(crate) struct Frame<T> {
     pub(crate) focal: T,
 }
 
-/// How a camera moves: numbers of value 0, of which the derivatives count.
+/// Camera motion: numbers of value 0 whose derivatives matter.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CameraMotion<T> {
     pub(crate) translation: Vec3<T>,
-    /// About the world's axes through its origin.
+    /// About the world's axes through the camera's origin.
     pub(crate) rotation: Vec3<T>,
     pub(crate) field_of_view: T,
 }
 
-/// A direction ω + ε V(ω) and the Jacobian 1 + ε ∇·V(ω) of the change of variables it belongs to.
+/// A direction ω + ε V(ω), with the Jacobian 1 + ε ∇·V(ω) of the change of variables.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Warped<T> {
     pub(crate) direction: Vec3<T>,
@@ -32,13 +32,13 @@ pub(crate) struct Warped<T> {
 }
 
 impl<T: Number> Warped<T> {
-    /// Without a warp.
+    /// The direction without a warp.
     #[inline]
     pub(crate) fn still(direction: DVec3) -> Self {
         Self { direction: Vec3::constant(direction), jacobian: T::constant(1.0) }
     }
 
-    /// Whether nothing changes with it.
+    /// Whether neither direction nor Jacobian has a derivative.
     #[inline]
     pub(crate) fn is_still(&self) -> bool {
         let Vec3 { x, y, z } = self.direction;
@@ -46,58 +46,60 @@ impl<T: Number> Warped<T> {
     }
 }
 
-/// A point of a jump as seen from a shading point. What is reflected of `light` from there, times `speed`, is added to
-/// what arrives: it has no value, and the derivative of a boundary term.
+/// A point of a discontinuity as seen from a shading point. The reflection of `light` from there, times
+/// `speed`, is added to the radiance: its value is 0, and its derivative that of a boundary term.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BorderSample<T> {
     pub(crate) direction: DVec3,
-    /// The light that jumps, over the density of the sample.
+    /// The light that is discontinuous, divided by the density of the sample.
     pub(crate) light: DVec3,
-    /// A number of value 0 whose derivative is the jump's normal velocity beyond the warp's.
+    /// A number of value 0 whose derivative is the discontinuity's normal velocity relative to the warp.
     pub(crate) speed: T,
 }
 
-/// What a warp of directions serves.
+/// The kernel around a direction, for which a warp is made.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Kernel {
-    /// The concentration of auxiliary directions.
+    /// Concentration κ of auxiliary directions.
     pub(crate) kappa: f64,
     pub(crate) domain: VisibilityDomain,
-    /// The shading normal on the viewer's side. Below its horizon nothing arrives, and what is there need not be
-    /// followed: inside a solid, near its edges, it is arbitrarily near and moves arbitrarily fast.
+    /// The shading normal on the viewer's side. No light arrives from below its horizon, and objects there
+    /// need not be followed: inside a solid, near its edges, they are arbitrarily near and move arbitrarily
+    /// fast.
     pub(crate) normal: DVec3,
-    /// What is seen along the direction itself.
+    /// The surface seen along the direction itself.
     pub(crate) surface: Option<Surface>,
-    /// Whether it is for the light of one emitter alone.
+    /// Whether it is for the light of a single emitter.
     pub(crate) of_light: bool,
 }
 
-/// Which jumps the integrand has.
+/// Type of discontinuities of the integrand.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum VisibilityDomain {
-    /// Those of the radiance of everything.
+    /// Discontinuities of all radiance.
     Radiance,
-    /// Those of light from far beyond, which everything hides alike: its silhouettes only.
+    /// Discontinuities of light from infinity, which any surface occludes: silhouettes only.
     Distant,
-    /// Those of light from a plane {y: n·y = d} with what hides it in front: silhouettes of what is nearer. The
-    /// border of the light itself is not among them: that is an integral of its own.
+    /// Discontinuities of light from a plane {y: n·y = d} with occluders in front of it: silhouettes of
+    /// nearer objects. The border of the light itself is a separate integral.
     BeforePlane {
         /// n.
         normal: DVec3,
         /// d.
         offset: f64,
-        /// The shape of the light.
+        /// Shape of the light.
         shape: u32,
     },
 }
 
 impl VisibilityDomain {
-    /// Whether what is hit at a distance hides what the integrand is about: whether it lies before the plane of a flat light.
+    /// Whether a hit at a distance occludes the integrand: whether it lies in front of the plane of a flat
+    /// light.
     pub(crate) fn counts(self, x: DVec3, direction: DVec3, distance: f64) -> bool {
         match self {
             Self::Radiance | Self::Distant => true,
             Self::BeforePlane { normal, offset, .. } => {
-                // Before the light n·y > d. The light's own plane must not hide it.
+                // In front of the light n·y > d. The light's own plane must not occlude it.
                 let height = normal.dot(x) - offset;
                 normal.dot(direction) * distance + height > SHORT * height
             }
@@ -105,27 +107,28 @@ impl VisibilityDomain {
     }
 }
 
-/// The parameters of a scene as numbers, and the warp of directions that goes with them.
+/// The parameters of a scene as numbers, and the warp of directions.
 ///
-/// [`warp`](Self::warp) and [`border`](Self::border) are calls to whoever differentiates, where data would not do: dual
-/// numbers apply a warp's linear form to velocities at once, a tape keeps it for its sweep, and the path goes on with the
-/// numbers that come of it. Plain numbers answer both with constants, so that an image pays nothing for them.
+/// [`warp`](Self::warp) and [`border`](Self::border) are calls because the result depends on the mode of
+/// differentiation: dual numbers apply a warp's linear form to velocities at once, a tape stores it for its
+/// sweep, and the path continues with the resulting numbers. Plain numbers return constants, so that an image
+/// incurs no cost.
 pub(crate) trait Calculus {
-    /// What is computed with.
+    /// Number type.
     type Number: Number;
 
-    /// Whether directions may be warped: where none is, nobody makes kernels.
+    /// Whether directions may be warped; if not, no kernels are made.
     const WARPS: bool = true;
 
-    /// A vertex's place.
+    /// Position of a vertex.
     fn position(&self, index: u32) -> Vec3<Self::Number>;
 
     /// A shading normal before interpolation.
     fn normal(&self, index: u32) -> Vec3<Self::Number>;
 
-    /// The point at which a ray meets an implicit surface, and ∇φ there, for a point x of the ray that is on the surface in value:
-    /// x − ω φ(x)/(∇φ·ω) with the denominator as it stands, and ∇φ of that. φ and ∇φ change with their parameters and with
-    /// x.
+    /// The intersection of a ray with an implicit surface, and ∇φ there, for a point x of the ray that is on
+    /// the surface in value: x − ω φ(x)/(∇φ·ω) with a constant denominator, and ∇φ at that point. φ and ∇φ
+    /// change with their parameters and with x.
     fn level_set(
         &self,
         implicit: u32,
@@ -133,44 +136,44 @@ pub(crate) trait Calculus {
         direction: DVec3,
     ) -> (Vec3<Self::Number>, Vec3<Self::Number>);
 
-    /// What a ray meets that leaves a surface.
+    /// First hit of a ray that leaves a surface.
     fn next_hit(&mut self, scene: &Scene, x: DVec3, from: Surface, direction: DVec3) -> Option<Hit> {
         scene.closest(x, direction, Some(from))
     }
 
-    /// A constant reflectance, with its value at hand.
+    /// A constant reflectance, given its value.
     fn reflectance(&self, material: usize, value: DVec3) -> Rgb<Self::Number>;
 
     /// A texel.
     fn texel(&self, texture: usize, index: usize) -> Rgb<Self::Number>;
 
-    /// A roughness, with its value at hand.
+    /// A roughness, given its value.
     fn roughness(&self, material: usize, value: f64) -> Self::Number;
 
-    /// The radiance of a shape, with its value at hand.
+    /// The radiance of a shape, given its value.
     fn radiance(&self, shape: usize, value: DVec3) -> Rgb<Self::Number>;
 
-    /// The irradiance or intensity of a light, with its value at hand.
+    /// The irradiance or intensity of a light, given its value.
     fn intensity(&self, light: usize, value: DVec3) -> Rgb<Self::Number>;
 
-    /// How a point light is shifted, or a directional one turned, in numbers of value 0; nothing if it stands still.
+    /// Translation of a point light, or rotation of a directional one, in numbers of value 0; `None` if it is
+    /// static.
     fn pose(&self, light: usize) -> Option<Vec3<Self::Number>>;
 
-    /// The radiance of a constant environment, with its value at hand.
+    /// The radiance of a constant environment, given its value.
     fn environment(&self, value: DVec3) -> Rgb<Self::Number>;
 
-    /// How the environment map is turned, in numbers of value 0; nothing if it stands still.
+    /// Rotation of the environment map, in numbers of value 0; `None` if it is static.
     fn environment_turn(&self) -> Option<Vec3<Self::Number>>;
 
-    /// How the camera moves; nothing if it stands still.
+    /// Camera motion; `None` if it is static.
     fn camera(&self) -> Option<CameraMotion<Self::Number>>;
 
-    /// Whether a surface that reflects nothing must be followed all the same, because its reflectance is a
-    /// parameter.
+    /// Whether a black surface must be followed nevertheless, because its reflectance is a parameter.
     fn wants_black(&self, material: usize) -> bool;
 
-    /// A point of the border of a flat emitter that next-event estimation has chosen, as seen from `origin` on surface
-    /// `from`, with the kernel of the emitter's light. Nothing if there are no derivatives.
+    /// A border point of the flat emitter chosen by next-event estimation, as seen from `origin` on surface
+    /// `from`, with the kernel of the emitter's light. `None` without derivatives.
     fn border(
         &mut self,
         origin: Vec3<Self::Number>,
@@ -179,17 +182,18 @@ pub(crate) trait Calculus {
         kernel: impl FnOnce() -> Kernel,
     ) -> Option<BorderSample<Self::Number>>;
 
-    /// Whether directions towards lights that are chosen may be warped: where none is, nobody makes kernels of lights.
+    /// Whether directions towards sampled lights may be warped; if not, no kernels of lights are made.
     fn warps_light(&self) -> bool {
         Self::WARPS
     }
 
-    /// Whether ∫ ∇·(V f) dω = 0 over the directions in which a bounce goes, so that any level may be taken from the radiance it is counted with.
+    /// Whether ∫ ∇·(V f) dω = 0 over the directions of a bounce, so that any control variate may be
+    /// subtracted from the radiance.
     fn levels_bounces(&self) -> bool {
         false
     }
 
-    /// The warp at direction ω as seen from `origin` on surface `from`.
+    /// The warp at direction ω seen from `origin` on surface `from`.
     fn warp(
         &mut self,
         origin: Vec3<Self::Number>,

@@ -1,4 +1,4 @@
-//! What shapes emit: a radiance, and perhaps a texture that it is multiplied by.
+//! Emission of shapes: a radiance, optionally times a texture.
 
 use flatland::calculus::{Rgb, Vec3};
 use glam::DVec3;
@@ -8,8 +8,8 @@ use super::plain::Plain;
 use super::surface::{texture_at, texture_towards};
 use crate::scene::Scene;
 
-/// The radiance that a triangle of an emitting shape sends against a ray, in numbers: where the ray meets the triangle follows
-/// from the motion of both, and with it what a texture is there.
+/// Radiance that an emitting triangle sends against a ray, over numbers: the hit point, and with it the
+/// texture value, follow the motion of ray and triangle.
 #[inline]
 pub(super) fn emitted<C: Calculus>(
     scene: &Scene,
@@ -26,7 +26,7 @@ pub(super) fn emitted<C: Calculus>(
     }
 }
 
-/// The radiance of the front of an emitting triangle where its corners have these weights.
+/// Radiance of the front of an emitting triangle at given barycentric coordinates.
 pub(crate) fn radiance_at(scene: &Scene, triangle: u32, weights: [f64; 3]) -> DVec3 {
     let shape = &scene.description.shapes[scene.triangles[triangle as usize].shape as usize];
     let radiance = shape.radiance.unwrap_or(DVec3::ZERO);

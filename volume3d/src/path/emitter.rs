@@ -1,25 +1,25 @@
-//! Shapes that emit: points of their surface, and of their border.
+//! Area lights: sampling of their surface and border.
 
 use glam::DVec3;
 
 use crate::geometry::{Edges, HalfEdge};
 use crate::scene::{Scene, Surface};
 
-/// The triangles of an emitting shape, and a sphere around them.
+/// The triangles of an emitting shape, and a bounding sphere.
 #[derive(Clone, Debug)]
 pub(super) struct Area {
     pub(super) shape: u32,
     first_triangle: u32,
-    /// Cumulated areas.
+    /// Cumulative areas.
     cumulative: Vec<f64>,
     faces: Vec<Face>,
     pub(super) centre: DVec3,
     pub(super) radius: f64,
-    /// If it is flat.
+    /// The border, if the shape is flat.
     pub(super) border: Option<Border>,
 }
 
-/// A triangle of an emitting shape: a corner, the sides from there, and the unit normal of its front.
+/// A triangle of an emitting shape: a corner, the two sides from there, and the unit normal of its front.
 #[derive(Clone, Copy, Debug)]
 struct Face {
     corner: DVec3,
@@ -33,29 +33,29 @@ pub(super) struct Border {
     /// The emitter's plane {y: normal·y = offset}.
     pub(super) normal: DVec3,
     pub(super) offset: f64,
-    /// The sides of triangles that it is made of.
+    /// Triangle sides that form the border.
     edges: Vec<HalfEdge>,
-    /// Cumulated lengths.
+    /// Cumulative lengths.
     cumulative: Vec<f64>,
 }
 
 /// A point on the border of a flat emitter.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BorderPoint {
-    /// The part of the way from the first end of the edge to the second.
+    /// Position along the edge, from 0 to 1.
     pub(crate) along: f64,
-    /// Points of the edge and a point inside.
+    /// Position of the point, and vector along the edge.
     pub(crate) place: DVec3,
     pub(crate) edge: DVec3,
     pub(crate) inside: DVec3,
-    /// The triangle whose side it is on, and the weights of its corners.
+    /// The triangle whose side it is on, and its barycentric coordinates.
     pub(crate) triangle: u32,
     pub(crate) weights: [f64; 3],
-    /// The length of the whole border: 1/density.
+    /// Length of the whole border: 1/density.
     pub(crate) whole: f64,
 }
 
-/// The front of a surface at one of its points.
+/// A point on the front of a surface.
 pub(super) struct Spot {
     pub(super) surface: Surface,
     pub(super) point: DVec3,
@@ -88,13 +88,13 @@ impl Area {
         }
     }
 
-    /// The area of all triangles.
+    /// Total area of the triangles.
     #[inline]
     pub(super) fn whole(&self) -> f64 {
         self.cumulative.last().copied().unwrap_or(0.0)
     }
 
-    /// A point, uniform in area.
+    /// Samples a point uniformly by area.
     #[inline]
     pub(super) fn sample(&self, [choice, a, b]: [f64; 3]) -> Spot {
         let target = choice * self.whole();
@@ -110,8 +110,9 @@ impl Area {
 }
 
 impl Border {
-    /// Of triangles that all lie in one plane, face the same way, and do not overlap in more than edges. What they emit must
-    /// not jump between them, as a texture may at a seam of texture coordinates: the border would not be all of its jumps.
+    /// The border of triangles that are coplanar, face the same way, and overlap only in edges; `None`
+    /// otherwise. Their emission must be continuous between them, unlike a texture at a seam of texture
+    /// coordinates, for the border to contain all its discontinuities.
     fn new(scene: &Scene, triangles: std::ops::Range<usize>) -> Option<Self> {
         if triangles.is_empty() {
             return None;
@@ -134,7 +135,7 @@ impl Border {
             if corners.iter().any(is_off) || (face_normal(t as u32) - normal).length() > tilt {
                 return None;
             }
-            // No part of it is before its plane.
+            // The plane is moved so that no part is in front of it.
             offset = corners.iter().map(|p| normal.dot(*p)).fold(offset, f64::max);
         }
         let (mut edges, mut cumulative, mut sum) = (vec![], vec![], 0.0);
@@ -159,7 +160,7 @@ impl Border {
         Some(Self { normal, offset, edges, cumulative })
     }
 
-    /// How long all of it is, how far along a point is, and the edge on which that is.
+    /// Total length, position of a point along it, and index of its edge.
     fn place(&self, xi: f64) -> Option<(f64, f64, usize)> {
         let whole = *self.cumulative.last()?;
         let target = xi * whole;
@@ -167,14 +168,14 @@ impl Border {
         Some((whole, target, i))
     }
 
-    /// The ends of the edge on which a point is.
+    /// Ends of the edge that contains a point.
     pub(super) fn ends(&self, scene: &Scene, xi: f64) -> Option<[u32; 2]> {
         let (.., i) = self.place(xi)?;
         let [a, b, _] = corners_from(scene, self.edges[i]);
         Some([a, b])
     }
 
-    /// A point, uniform in length.
+    /// A point, uniform by length.
     pub(super) fn point(&self, scene: &Scene, xi: f64) -> Option<BorderPoint> {
         let (whole, target, i) = self.place(xi)?;
         let side = self.edges[i];
@@ -189,13 +190,12 @@ impl Border {
     }
 }
 
-/// The ends of a side of a triangle, counter-clockwise, and the corner across from them.
+/// Ends of a triangle's side, counter-clockwise, and the opposite corner.
 fn corners_from(scene: &Scene, side: HalfEdge) -> [u32; 3] {
     let mut corners = scene.triangles[side.triangle as usize].positions;
     corners.rotate_left(side.corner as usize);
     corners
 }
 
-/// How far, relatively, corners of a flat emitter may be from its plane, besides what rounding of the
-/// positions as they were given does.
+/// Relative distance of a flat emitter's corners from its plane, beyond the rounding of the input positions.
 const FLAT: f64 = 1e-12;

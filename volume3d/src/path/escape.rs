@@ -1,4 +1,4 @@
-//! What arrives from beyond the scene.
+//! Environment and directional emission.
 
 use flatland::calculus::{Number, Rgb, Vec3};
 use std::f64::consts::{PI, TAU};
@@ -8,7 +8,7 @@ use super::lights::LightId;
 use super::texture::lookup;
 use crate::scene::{Environment, Light, Scene, Wrap};
 
-/// The radiance of one light without a surface, from a direction.
+/// Radiance of one light at infinity, from a direction.
 pub(crate) fn distant<C: Calculus>(
     scene: &Scene,
     calculus: &C,
@@ -36,8 +36,8 @@ pub(crate) fn distant<C: Calculus>(
                 let slope = -1.0 / (1.0 - up * up).max(f64::MIN_POSITIVE).sqrt();
                 let down = y.chain(up.acos(), slope) * (1.0 / PI);
                 let image = &scene.description.textures[*texture];
-                // Rows are at v = j/(h − 1), the first and the last at the poles; those of textures at (j +
-                // ½)/h.
+                // Rows are at v = j/(h − 1), with the first and last at the poles; those of textures at
+                // (j + ½)/h.
                 let height = image.height as f64;
                 let row = (down * (height - 1.0) + C::Number::constant(0.5)) * (1.0 / height);
                 let t = C::Number::constant(1.0) - row;
@@ -51,10 +51,10 @@ pub(crate) fn distant<C: Calculus>(
     }
 }
 
-/// atan2(y, x): the value, and (x ẏ − y ẋ)/(x² + y²).
+/// atan2(y, x): its value, and the derivative (x ẏ − y ẋ)/(x² + y²).
 fn atan2<T: Number>(y: T, x: T) -> T {
     let (a, b) = (x.value(), y.value());
     let squared = (a * a + b * b).max(f64::MIN_POSITIVE);
-    // The cross product is zero in value, exactly.
+    // The cross product has the exact value zero.
     T::constant(b.atan2(a)) + (y * a - x * b) * (1.0 / squared)
 }

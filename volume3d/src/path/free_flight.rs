@@ -1,22 +1,24 @@
-//! How far light gets in a medium before it is scattered.
+//! Free-flight sampling in media.
 
 use glam::DVec3;
 
 use super::sequence::Draws;
 use crate::scene::Medium;
 
-/// Where a path is scattered within a length of a medium, if it is, and what it carries from there, or from the length's
-/// end; `throughput` is what it carries so far, other than 0.
+/// Samples whether a path scatters within a length of a medium: the distance if it does, and the path's
+/// throughput there or at the length's end; `throughput` is the current one, nonzero.
 ///
-/// A channel k is chosen with probability qₖ = βₖ/Σβ, β being the throughput, and a length t by the density σₖ e^{−σₖ t} of it.
-/// Any channel might have made the same choice, so that the density of t is the mean over channels, and with T = e^{−σ t}
+/// A channel k is chosen with probability qₖ = βₖ/Σβ, with β the throughput, and a distance t with the
+/// density σₖ e^{−σₖ t}. The density of t is the mean over channels, and with T = e^{−σ t}
 ///
 /// ```text
-/// β′ = β σ α T(t)/Σ qₖ σₖ Tₖ(t)  where it is scattered,   β′ = β T(l)/Σ qₖ Tₖ(l)  at the end of the length l.
+/// β′ = β σ α T(t)/Σ qₖ σₖ Tₖ(t)  if it scatters,
+/// β′ = β T(l)/Σ qₖ Tₖ(l)         at the end of the length l.
 /// ```
 ///
-/// Σβ′ ≤ Σβ in both cases, however much the channels differ: weights never grow (the mean over wavelengths of Wilkie and
-/// others 2014, with probabilities that follow the path). What scatters nothing is passed with T, without a choice.
+/// Σβ′ ≤ Σβ in both cases, however much the channels differ: weights never grow (hero wavelength sampling,
+/// Wilkie and others 2014, with probabilities that follow the path). A medium that does not scatter is passed
+/// with T, without sampling.
 pub(super) fn free_flight(
     medium: &Medium,
     length: f64,
@@ -34,7 +36,7 @@ pub(super) fn free_flight(
         _ => 2,
     };
     let sigma = medium.extinction;
-    // Infinite where the channel loses nothing.
+    // Infinite if the channel has no extinction.
     let distance = -(-xi).ln_1p() / sigma[channel];
     if distance < length {
         let lost = sigma * medium.transmittance(distance);
@@ -50,8 +52,8 @@ mod tests {
     use super::*;
     use crate::path::Sequence;
 
-    /// Over many flights the mean of what is carried to the end is the transmittance, and that of what is scattered the part
-    /// that was lost, times the albedo, by channel; and no sum of weights grows.
+    /// Over many flights the mean throughput at the end is the transmittance, and that of scattered paths the
+    /// remainder times the albedo, by channel; the sum of weights never grows.
     #[test]
     fn flights_carry_what_the_medium_leaves() {
         let albedo = DVec3::new(0.9, 0.5, 1.0);
@@ -81,7 +83,7 @@ mod tests {
                 let off = (found - expected).abs();
                 assert!(off.cmple(tolerance).all(), "{extinction} {length}: {found} for {expected}");
             }
-            // What would be seen of a mistake: 5 % of the albedo.
+            // Size of a detectable error: 5 % of the albedo.
             assert!((0.05 * scattered - tolerance).max_element() > 0.0, "{tolerance}");
         }
     }

@@ -1,4 +1,4 @@
-//! A path tracer with next-event estimation and multiple importance sampling, in numbers that may carry
+//! Path tracer with next-event estimation and multiple importance sampling, over numbers that may carry
 //! derivatives.
 
 use flatland::calculus::{Number, Rgb, Vec3};
@@ -15,48 +15,48 @@ use super::sequence::Draws;
 use super::surface::SurfacePoint;
 use crate::scene::{Environment, Hit, Light, Scene, Surface};
 
-/// Russian roulette never ends a path with a probability below 1 − this.
+/// Largest survival probability of Russian roulette.
 pub(super) const SURVIVAL: f64 = 0.95;
 
-/// The probability with which it lets a path go on that has only a derivative.
+/// Survival probability of a path with zero throughput but a derivative.
 const SURVIVAL_IN_THE_DARK: f64 = 0.5;
 
-/// A bounce draws numbers for a light and a direction, and one for roulette.
+/// Pairs of random numbers per bounce: for a light and a direction, and one for Russian roulette.
 const PAIRS_OF_BOUNCE: usize = 5;
 
-/// Few paths have more bounces than this.
+/// Number of bounces for which random numbers are prepared; few paths have more.
 const LONGEST_PREPARED: usize = 3;
 
-/// Paths through a scene.
+/// Path tracing in a scene.
 #[derive(Clone, Debug)]
 pub(crate) struct Paths<'s> {
     pub(crate) scene: &'s Scene,
     pub(crate) lights: Lights,
     pub(crate) kernels: Kernels,
-    /// Lights that a ray which leaves the scene may reach, and which next-event estimation chooses from.
+    /// Lights that a ray leaving the scene may reach, and that next-event estimation samples.
     pub(super) distant: Vec<LightId>,
 }
 
-/// A shading point of a path, and what reflection depends on there: by reference, as both are large.
+/// A shading point of a path; by reference, as both parts are large.
 #[derive(Clone, Copy)]
 pub(super) struct Vertex<'v, 's, T> {
     pub(super) point: &'v SurfacePoint<T>,
     pub(super) shading: &'v Shading<'s, T>,
 }
 
-/// Where a path goes on.
+/// Continuation of a path.
 #[derive(Clone, Copy)]
 pub(super) struct Scattered<T> {
     origin: Vec3<T>,
     direction: Vec3<T>,
     throughput: Rgb<T>,
-    /// By how much radiance has been compressed on the way, η²: roulette must not take it for loss.
+    /// Accumulated compression of radiance, η²: Russian roulette must not treat it as loss.
     compression: f64,
     hit: Option<Hit>,
 }
 
 impl<T: Number> Scattered<T> {
-    /// Where a path begins.
+    /// Start of a path.
     pub(super) fn new(origin: Vec3<T>, direction: Vec3<T>, hit: Option<Hit>) -> Self {
         Self::underway(origin, direction, Rgb::constant(DVec3::ONE), hit)
     }
@@ -84,13 +84,13 @@ impl<'s> Paths<'s> {
         Self { scene, lights: Lights::new(scene), kernels, distant }
     }
 
-    /// How many pairs of random numbers a path draws at most; of one without a limit, the first of them.
+    /// Largest number of prepared pairs of random numbers that a path draws.
     pub(crate) fn pairs(&self) -> usize {
         PAIRS_OF_BOUNCE * self.limit().saturating_sub(1).min(LONGEST_PREPARED)
     }
 
-    /// One sample of the radiance that arrives from `hit` along the `depth`-th segment of a path; those of the camera are
-    /// the first.
+    /// One sample of the radiance from `hit` along the `depth`-th segment of a path; camera rays are the
+    /// first segment.
     pub(crate) fn radiance<C: Calculus>(
         &self,
         calculus: &mut C,
@@ -106,7 +106,7 @@ impl<'s> Paths<'s> {
         total
     }
 
-    /// What is emitted at the end of the `depth`-th segment of a path.
+    /// Emission at the end of the `depth`-th segment of a path.
     #[inline]
     pub(super) fn seen_first<C: Calculus>(
         &self,
@@ -118,7 +118,7 @@ impl<'s> Paths<'s> {
         if hides { Rgb::constant(DVec3::ZERO) } else { self.seen(calculus, path) }
     }
 
-    /// Adds what is reflected at all vertices of a path, of which the `depth`-th segment is known.
+    /// Adds the light reflected at all remaining vertices of a path, from the `depth`-th segment on.
     #[inline]
     pub(super) fn follow<C: Calculus>(
         &self,
@@ -138,7 +138,7 @@ impl<'s> Paths<'s> {
         }
     }
 
-    /// The surface at the end of the `depth`-th segment, if it counts.
+    /// The surface at the end of the `depth`-th segment, if it contributes.
     #[inline]
     pub(super) fn arrive<C: Calculus>(
         &self,
@@ -151,7 +151,7 @@ impl<'s> Paths<'s> {
         Some(SurfacePoint::new(self.scene, calculus, origin, direction, hit.surface, hit.distance))
     }
 
-    /// Adds what is reflected at a vertex, and returns where the path goes on.
+    /// Adds the light reflected at a vertex, and returns the continuation of the path.
     #[inline]
     pub(super) fn reflect_at<C: Calculus>(
         &self,
@@ -169,12 +169,12 @@ impl<'s> Paths<'s> {
         self.scatter(calculus, vertex, &Scattered { throughput, ..*path }, goes_on, total, samples)
     }
 
-    /// How many segments a path has at most.
+    /// Largest number of segments of a path.
     pub(super) fn limit(&self) -> usize {
         self.scene.description.integrator.max_depth.unwrap_or(usize::MAX)
     }
 
-    /// What is emitted at the end of a camera ray.
+    /// Emission at the end of a camera ray.
     #[inline]
     fn seen<C: Calculus>(&self, calculus: &C, path: &Scattered<C::Number>) -> Rgb<C::Number> {
         match path.hit {
@@ -195,7 +195,7 @@ impl<'s> Paths<'s> {
         }
     }
 
-    /// What a light that next-event estimation can choose sends against a ray with this hit.
+    /// Radiance that a light of next-event estimation sends against a ray with this hit.
     pub(crate) fn lit(&self, id: LightId, hit: Option<Hit>, direction: DVec3) -> DVec3 {
         match (id, hit) {
             (LightId::Shape(shape), Some(hit)) if self.scene.shape_of(hit.surface) == shape => {
@@ -209,7 +209,7 @@ impl<'s> Paths<'s> {
         }
     }
 
-    /// What all of them send.
+    /// Radiance that all of them send.
     pub(crate) fn lit_by_all(&self, hit: Option<Hit>, direction: DVec3) -> DVec3 {
         match hit {
             Some(hit) => self
@@ -227,7 +227,7 @@ impl<'s> Paths<'s> {
         }
     }
 
-    /// The survivor's weight, or the end.
+    /// Russian roulette: the survivor's weight, or `None`.
     #[inline]
     fn roulette<T: Number>(&self, path: &Scattered<T>, depth: usize, samples: &mut Draws<'_>) -> Option<f64> {
         if depth < self.scene.description.integrator.rr_depth {
@@ -235,14 +235,14 @@ impl<'s> Paths<'s> {
         }
         let throughput = &path.throughput;
         let survival = (throughput.value().max_element() * path.compression).clamp(0.0, SURVIVAL);
-        // Behind what is black and may become lighter a path has no value, but a derivative.
+        // Behind a black surface that may become lighter a path has no value, but a derivative.
         let dark = survival == 0.0 && throughput.0.iter().any(|x| !x.is_still());
         let survival = if dark { SURVIVAL_IN_THE_DARK } else { survival };
         (samples.one() < survival).then(|| 1.0 / survival)
     }
 
-    /// Follows one direction sampled from reflection: adds what it finds emitted, and returns where the path
-    /// goes on, if it may.
+    /// Continues a path in a sampled direction: adds the emission found there, and returns the continuation,
+    /// if the path may have one.
     #[inline]
     fn scatter<C: Calculus>(
         &self,
@@ -262,7 +262,7 @@ impl<'s> Paths<'s> {
                 let hit = self.scene.closest(x, direction.value(), Some(point.surface));
                 let compression = path.compression * shading.compression(direction.value());
                 let next = Scattered { origin, direction, throughput: throughput * factor, compression, hit };
-                // Next-event estimation never chooses an ideal direction: no weight but 1.
+                // Next-event estimation never samples an ideal direction: the weight is 1.
                 *total = *total + next.throughput * self.seen(calculus, &next);
                 return (goes_on && hit.is_some()).then_some(next);
             }
@@ -280,7 +280,8 @@ impl<'s> Paths<'s> {
         if if hit.is_some() { !goes_on } else { !environment } {
             return None;
         }
-        // The last bounce sees what is dark as well, and all silhouettes behind that: with a level its fields would take longer and scatter more.
+        // No control variate at the last bounce: it would increase cost and variance there, as the field
+        // would be needed for dark directions and the silhouettes behind them.
         let level = self.level(calculus).filter(|_| goes_on);
         let still = Warped::still(direction);
         let warped = if hit.is_none() && level.is_some() {
@@ -303,8 +304,10 @@ impl<'s> Paths<'s> {
         Some(Scattered { origin, direction: warped.direction, throughput: reflected, compression, hit })
     }
 
-    /// The radiance E of a constant environment, if ∇·(V f) is counted times L − E alone at bounces: the integral of it over all directions is 0,
-    /// as V is continuous where f is not 0. What escapes takes no field then, and where light arrives from almost everywhere there is little noise.
+    /// Control variate at bounces: the radiance E of a constant environment, so that ∇·(V f) is weighted by
+    /// L − E. The integral of ∇·(V f) over all directions is 0, as V is continuous where f is nonzero.
+    /// Escaping rays then need no field, and where light arrives from almost everywhere there is little
+    /// noise.
     ///
     /// > ∂ ∫ f L dω = ∫ ∂f L + f ∂L + (L − E) ∇·(V f) dω
     #[inline]
@@ -315,15 +318,16 @@ impl<'s> Paths<'s> {
         }
     }
 
-    /// Whether light comes from beyond the scene along the last ray of a path, which meets no emitter: what else it meets
-    /// counts for nothing.
+    /// Whether the last ray of a path, which meets no emitter, reaches light from beyond the scene; what else
+    /// it hits does not matter.
     #[inline]
     fn escapes_last(&self, x: DVec3, from: Surface, direction: DVec3) -> bool {
         let environment = matches!(self.scene.description.environment, Some(Environment::Constant { .. }));
         (environment || !self.distant.is_empty()) && !self.scene.shadowed(x, from, direction, f64::INFINITY)
     }
 
-    /// What a sampled direction finds emitted, weighted against next-event estimation.
+    /// Emission found in a sampled direction, with its multiple importance sampling weight against next-event
+    /// estimation.
     #[inline]
     fn emission<C: Calculus>(
         &self,
@@ -354,8 +358,8 @@ impl<'s> Paths<'s> {
     }
 }
 
-/// The warp at a vertex. Where light passes the surface, jumps on its far side are followed by no field, and none is asked
-/// for.
+/// The warp at a vertex. At transmissive surfaces no warp is applied, as no field follows discontinuities on
+/// their far side.
 #[inline]
 pub(super) fn warp<C: Calculus>(
     calculus: &mut C,

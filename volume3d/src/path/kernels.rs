@@ -1,4 +1,4 @@
-//! How wide the kernels of directions are.
+//! Widths of direction kernels.
 
 use flatland::calculus::Number;
 use glam::DVec3;
@@ -8,15 +8,15 @@ use super::calculus::{Kernel, VisibilityDomain};
 use super::lights::{LightId, Lights};
 use crate::scene::{Light, Scene, Surface};
 
-/// How concentrated the auxiliary rays are around what they serve.
+/// Concentrations of auxiliary rays.
 ///
-/// A kernel's width is 1/√κ. What a warp has to resolve is as wide as a pixel on the film, as the lobe of what
-/// reflects, and as the emitter that is looked at.
+/// A kernel's width is 1/√κ. The relevant scales are a pixel on the film, the lobe of a reflecting surface,
+/// and the apparent size of an emitter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Kernels {
     /// κ on the film, per square pixel.
     pub film: f64,
-    /// κ of directions around a diffuse surface, and the least there is.
+    /// κ of directions around a diffuse surface, and the least κ.
     pub surface: f64,
     /// κ towards an emitter of half angle α is (relative/α)².
     pub relative: f64,
@@ -29,7 +29,7 @@ impl Default for Kernels {
 }
 
 impl Kernels {
-    /// The kernel for what is reflected from a direction, in which a surface is seen.
+    /// Kernel of the light reflected from a direction, in which a surface is seen.
     pub(crate) fn of_bounce<T: Number>(
         &self,
         shading: &Shading<'_, T>,
@@ -40,7 +40,7 @@ impl Kernels {
         Kernel { kappa, domain, normal: shading.normal.value(), surface, of_light: false }
     }
 
-    /// The kernel for the light of one emitter reflected at x, where a surface of it is seen.
+    /// Kernel of a single emitter's light reflected at x, where the emitter's surface is seen.
     pub(crate) fn of_light<T: Number>(
         &self,
         scene: &Scene,

@@ -1,4 +1,4 @@
-//! Choosing a light, a direction to it, and what arrives from there.
+//! Light sampling: a light, a direction to it, and its radiance.
 
 use std::f64::consts::{PI, TAU};
 
@@ -10,40 +10,40 @@ use super::emitter::{Area, BorderPoint, Spot};
 use super::map::{MapSampler, luminance};
 use crate::scene::{Environment, Hit, Light, Scene, Surface};
 
-/// What next-event estimation can choose.
+/// A light of next-event estimation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum LightId {
     /// The front of a shape.
     Shape(u32),
-    /// A light without a surface.
+    /// A light without surface.
     Light(u32),
     /// An environment map.
     Environment,
 }
 
-/// One light, with its part of the samples.
+/// A light, with its sampling probability.
 #[derive(Clone, Debug)]
 struct Entry {
     id: LightId,
     probability: f64,
 }
 
-/// All lights that next-event estimation chooses from: half of the choices by power, half evenly. A constant environment
-/// is not among them, as sampling reflection finds it as well.
+/// All lights of next-event estimation: half of the samples by power, half uniformly. A constant environment
+/// is not included, as BSDF sampling finds it as well.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Lights {
     entries: Vec<Entry>,
-    /// For each shape its place in `entries`, or none.
+    /// Index in `entries` of each shape, if it emits.
     of_shape: Vec<Option<u32>>,
-    /// Those of the entries that are shapes.
+    /// The entries that are shapes.
     areas: Vec<Area>,
-    /// Spheres around all shapes that emit.
+    /// Bounding spheres of all emitting shapes.
     around: Vec<Around>,
-    /// How directions of the environment's map are drawn, if it has one.
+    /// Sampler of the environment map, if there is one.
     map: Option<MapSampler>,
 }
 
-/// A sphere around a shape that emits, a little larger than need be.
+/// A slightly enlarged bounding sphere of an emitting shape.
 #[derive(Clone, Copy, Debug)]
 struct Around {
     centre: DVec3,
@@ -65,27 +65,27 @@ impl Around {
     }
 }
 
-/// The part of squared lengths that is allowed to spheres around emitters for all rounding, of which there is 10⁻¹⁴.
+/// Relative enlargement of squared lengths in bounding spheres, for rounding of 10⁻¹⁴.
 const ROUNDING: f64 = 1e-9;
 
-/// A point of a shape that emits.
+/// A point of an emitting shape.
 pub(super) struct Place {
     pub(super) spot: Spot,
-    /// The probability of the shape, and all its area.
+    /// Probability of the shape, and its total area.
     pub(super) probability: f64,
     pub(super) area: f64,
 }
 
-/// A sample of a light: a direction towards it with its density, and how far away it is.
+/// A light sample: a direction towards it with its density, and its distance.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LightSample {
     pub(crate) id: LightId,
     pub(crate) sampled: Sampled,
-    /// How far a shadow ray must be free, and which surface it then reaches.
+    /// Length of the shadow ray, and the surface at its end.
     pub(crate) distance: f64,
     pub(crate) surface: Option<Surface>,
-    /// Whether the light is one direction or one point, with `density` the probability of its choice and
-    /// nothing to warp.
+    /// Whether the light is a single direction or point: then `density` is the probability of its choice, and
+    /// nothing is warped.
     pub(crate) delta: bool,
 }
 
@@ -111,7 +111,7 @@ impl Lights {
             powers.push(match light {
                 Light::Directional { irradiance, .. } => PI * reach * reach * luminance(*irradiance),
                 Light::Point { intensity, .. } => 4.0 * PI * luminance(*intensity),
-                // At most, where it is textured.
+                // An upper bound, if it is textured.
                 Light::Spot { intensity, cutoff, .. } => TAU * (1.0 - cutoff.cos()) * luminance(*intensity),
                 Light::Projector { intensity, field_of_view, aspect, .. } => {
                     4.0 * PI * (0.5 * field_of_view).tan().powi(2) / aspect * luminance(*intensity)
@@ -132,7 +132,7 @@ impl Lights {
         self.entries.push(Entry { id, probability: 0.0 });
     }
 
-    /// Half by power, half evenly: a weak light may be all that a place sees.
+    /// Half by power, half uniformly: a weak light may be the only one that illuminates a place.
     fn share(&mut self, powers: &[f64]) {
         let (sum, n) = (powers.iter().sum::<f64>(), powers.len() as f64);
         for (entry, power) in self.entries.iter_mut().zip(powers) {
@@ -141,7 +141,7 @@ impl Lights {
         }
     }
 
-    /// Whether a ray may meet a shape that emits.
+    /// Whether a ray may meet an emitting shape.
     #[inline]
     pub(super) fn may_be_hit(&self, x: DVec3, direction: DVec3) -> bool {
         self.around.iter().any(|around| around.may_be_hit(x, direction))
@@ -152,7 +152,7 @@ impl Lights {
         self.areas.iter().find(|a| a.shape == shape)
     }
 
-    /// Some light, and a number for its points.
+    /// Samples a light, and returns a number for its points.
     #[inline]
     fn choose(&self, choice: f64) -> Option<(&Entry, f64)> {
         let mut rest = choice;
@@ -166,12 +166,12 @@ impl Lights {
             rest -= entry.probability;
         }
         let entry = &self.entries[chosen];
-        // What is left of the choice is uniform again.
+        // The remainder of the random number is uniform again.
         Some((entry, (rest / entry.probability).clamp(0.0, 1.0 - f64::EPSILON)))
     }
 
-    /// The point of some shape that [`sample`](Self::sample) chooses, wherever it is seen from; `None` if there is none, or
-    /// another kind of light is chosen.
+    /// The point of an emitting shape that [`sample`](Self::sample) chooses, independent of the viewpoint;
+    /// `None` if there is none, or another kind of light is chosen.
     pub(super) fn place(&self, [choice, a, b]: [f64; 3]) -> Option<Place> {
         let (&Entry { id, probability }, again) = self.choose(choice)?;
         let LightId::Shape(shape) = id else { return None };
@@ -179,7 +179,7 @@ impl Lights {
         Some(Place { spot: area.sample([again, a, b]), probability, area: area.whole() })
     }
 
-    /// A direction from x towards some light; `None` if there is no light, or it shows x its back.
+    /// Samples a direction from x towards a light; `None` if there is no light, or it faces away from x.
     #[inline]
     pub(crate) fn sample(&self, scene: &Scene, x: DVec3, [choice, a, b]: [f64; 3]) -> Option<LightSample> {
         let (&Entry { id, probability }, again) = self.choose(choice)?;
@@ -234,7 +234,7 @@ impl Lights {
         }
     }
 
-    /// The density of [`sample`](Self::sample) for a direction along which an emitting shape is hit.
+    /// Density of [`sample`](Self::sample) for a direction along which an emitting shape is hit.
     pub(crate) fn density_of_hit(&self, scene: &Scene, shape: u32, hit: &Hit, direction: DVec3) -> f64 {
         let Some(entry) = self.of_shape[shape as usize] else { return 0.0 };
         let Some(area) = self.area(shape) else { return 0.0 };
@@ -243,8 +243,7 @@ impl Lights {
         self.entries[entry as usize].probability * hit.distance * hit.distance / (cosine.abs() * area.whole())
     }
 
-    /// The densities of [`sample`](Self::sample) for a direction that leaves the scene, by the light they
-    /// belong to.
+    /// Density of [`sample`](Self::sample) for a direction that leaves the scene, for one light.
     pub(crate) fn density_of_escape(&self, scene: &Scene, id: LightId, direction: DVec3) -> f64 {
         let Some(entry) = self.entries.iter().find(|e| e.id == id) else { return 0.0 };
         entry.probability
@@ -265,7 +264,7 @@ impl Lights {
             }
     }
 
-    /// What hides an emitter: if it is flat, what lies before its plane, else everything.
+    /// Occlusion domain of an emitter: the half space in front of its plane if it is flat, else everything.
     pub(crate) fn domain(&self, shape: u32) -> VisibilityDomain {
         match self.area(shape).and_then(|a| a.border.as_ref()) {
             Some(border) => {
@@ -275,43 +274,43 @@ impl Lights {
         }
     }
 
-    /// Whether an emitter is flat: its border is an integral of its own.
+    /// Whether an emitter is flat, so that its border is a separate integral.
     pub(crate) fn is_flat(&self, shape: u32) -> bool {
         self.area(shape).is_some_and(|area| area.border.is_some())
     }
 
-    /// Whether a shape is the one light there is.
+    /// Whether a shape is the only light.
     pub(crate) fn is_the_only(&self, shape: u32) -> bool {
         matches!(self.entries.as_slice(), [Entry { id: LightId::Shape(only), .. }] if *only == shape)
     }
 
-    /// The ends of the edge on which [`border_point`](Self::border_point) is.
+    /// Ends of the edge that contains [`border_point`](Self::border_point).
     pub(crate) fn border_ends(&self, scene: &Scene, shape: u32, xi: f64) -> Option<[u32; 2]> {
         self.area(shape)?.border.as_ref()?.ends(scene, xi)
     }
 
-    /// A point on the border of a flat emitter, uniform in length; nothing for others.
+    /// A point on the border of a flat emitter, uniform by length; `None` for others.
     pub(crate) fn border_point(&self, scene: &Scene, shape: u32, xi: f64) -> Option<BorderPoint> {
         self.area(shape)?.border.as_ref()?.point(scene, xi)
     }
 
-    /// The probability with which next-event estimation chooses a light.
+    /// Probability with which next-event estimation chooses a light.
     pub(crate) fn probability(&self, id: LightId) -> f64 {
         self.entries.iter().find(|e| e.id == id).map_or(0.0, |e| e.probability)
     }
 
-    /// Spheres around all lights; `None` if some are infinitely far away.
+    /// Bounding spheres of all lights; `None` if some are infinitely far away.
     pub(crate) fn spheres(&self) -> Option<Vec<(DVec3, f64)>> {
         let near = |e: &Entry| matches!(e.id, LightId::Shape(_));
         self.entries.iter().all(near).then(|| self.areas.iter().map(|a| (a.centre, a.radius)).collect())
     }
 
-    /// The shapes that emit, each with the centre and the radius of a sphere around it.
+    /// Emitting shapes, each with the centre and radius of its bounding sphere.
     pub(crate) fn shapes(&self) -> impl Iterator<Item = (u32, DVec3, f64)> {
         self.areas.iter().map(|area| (area.shape, area.centre, area.radius))
     }
 
-    /// The half angle of the cone in which a shape is seen from x; π from within its bounding sphere.
+    /// Half angle of the cone in which a shape is seen from x; π inside its bounding sphere.
     pub(crate) fn half_angle(&self, shape: u32, x: DVec3) -> f64 {
         let Some(area) = self.area(shape) else { return PI };
         let distance = area.centre.distance(x);
@@ -319,7 +318,7 @@ impl Lights {
     }
 }
 
-/// The mean of a texture's texels, or 1: roughly what it is on the whole.
+/// Mean of a texture's texels, or 1 without a texture.
 fn mean(scene: &Scene, texture: Option<usize>) -> DVec3 {
     let texels = texture.map(|index| &scene.description.textures[index].texels);
     texels.map_or(DVec3::ONE, |texels| texels.iter().sum::<DVec3>() / texels.len() as f64)

@@ -1,4 +1,4 @@
-//! Drawing directions of an environment map.
+//! Importance sampling of an environment map.
 
 use std::f64::consts::{PI, TAU};
 
@@ -6,32 +6,32 @@ use glam::DVec3;
 
 use crate::scene::{Scene, Texture};
 
-/// Rec. 709.
+/// Rec. 709 luminance.
 pub(crate) fn luminance(c: DVec3) -> f64 {
     c.dot(DVec3::new(0.2126, 0.7152, 0.0722))
 }
 
-/// The part of the density that is constant within a patch. The rest is proportional to the light, and
-/// would make derivatives by rotations and texels scatter without bound where a patch is dark at one end: ∫
-/// L′²/L diverges there, by the logarithm of this part if it is above 0.
+/// Weight of the density component that is constant within a patch. The other component is proportional to
+/// the radiance and alone would give unbounded variance of derivatives by rotations and texels where a patch
+/// is dark at one end: ∫ L′²/L diverges there, with this component only as its logarithm.
 const EVEN: f64 = 1.0 / 16.0;
 
-/// Directions with a density of two parts, over the patches between four neighbouring texel centres of a
-/// bilinear lookup: the luminance itself, interpolated by the cosine of the polar angle in the place of the
-/// angle, and in each patch the luminance of its brightest texel.
+/// Sampler with a density of two components over patches between four neighbouring texel centres of a
+/// bilinear lookup: the luminance itself, interpolated in the cosine of the polar angle instead of the angle,
+/// and in each patch the luminance of its brightest texel.
 #[derive(Clone, Debug)]
 pub(super) struct MapSampler {
     width: usize,
     height: usize,
-    /// The sum of both parts, cumulated over rows of patches, and in each row over columns.
+    /// Sum of both components, cumulative over rows of patches, and in each row over columns.
     rows: Vec<f64>,
     columns: Vec<f64>,
-    /// ∫ of the interpolated luminance over the sphere, and of the brightest texels'.
+    /// ∫ over the sphere of the interpolated luminance, and of the brightest texels' luminance.
     light: f64,
     brightest: f64,
 }
 
-/// The luminance at the corners of a patch, `[row][column]`.
+/// Luminance at the corners of a patch, `[row][column]`.
 #[derive(Clone, Copy, Debug)]
 struct Patch([[f64; 2]; 2]);
 
@@ -50,7 +50,7 @@ impl Patch {
         self.0.as_flattened().iter().fold(0.0, |a, b| a.max(*b))
     }
 
-    /// The ends of the row at a part of the way down.
+    /// Luminance at both ends of the row at a fraction of the patch's height.
     fn row(&self, down: f64) -> [f64; 2] {
         let [above, below] = self.0;
         [0, 1].map(|c| above[c] * (1.0 - down) + below[c] * down)
@@ -61,7 +61,7 @@ impl Patch {
         a * (1.0 - along) + b * along
     }
 
-    /// A point with a density proportional to [`at`](Self::at).
+    /// Samples a point with a density proportional to [`at`](Self::at).
     fn sample(&self, [a, b]: [f64; 2]) -> [f64; 2] {
         let [above, below] = self.0;
         let down = linear([above[0] + above[1], below[0] + below[1]], b);
@@ -69,13 +69,13 @@ impl Patch {
     }
 }
 
-/// x in [0, 1] with a density that is linear between two values.
+/// Samples x in [0, 1] with a density that is linear between two values.
 fn linear([a, b]: [f64; 2], xi: f64) -> f64 {
     let root = (a * a + xi * (b * b - a * a)).max(0.0).sqrt();
     if a + root > 0.0 { (xi * (a + b) / (a + root)).min(1.0) } else { xi }
 }
 
-/// The cosine of the polar angle at the upper border of a row of patches.
+/// Cosine of the polar angle at the upper border of a row of patches.
 fn edge(height: usize, j: usize) -> f64 {
     (PI * j as f64 / patch_rows(height) as f64).cos()
 }
@@ -111,12 +111,12 @@ impl MapSampler {
         sampler
     }
 
-    /// The mean luminance over the sphere.
+    /// Mean luminance over the sphere.
     pub(super) fn mean(&self) -> f64 {
         self.light / (4.0 * PI)
     }
 
-    /// The mean densities of both parts in a patch; of a black map the same everywhere.
+    /// Mean densities of both components in a patch; uniform for a black map.
     fn parts(&self, patch: &Patch) -> [f64; 2] {
         if self.light > 0.0 {
             [(1.0 - EVEN) * patch.mean() / self.light, EVEN * patch.brightest() / self.brightest]
@@ -130,7 +130,7 @@ impl MapSampler {
         even + if self.light > 0.0 { (1.0 - EVEN) * patch.at(along, down) / self.light } else { 0.0 }
     }
 
-    /// A direction in the map's frame, and its density.
+    /// Samples a direction in the map's frame, with its density.
     pub(super) fn sample(&self, texture: &Texture, [choice, a, b]: [f64; 3]) -> (DVec3, f64) {
         let (j, choice) = choose(&self.rows, choice);
         let (i, a) = choose(&self.columns[j * self.width..(j + 1) * self.width], a);
@@ -143,26 +143,26 @@ impl MapSampler {
         (DVec3::new(r * around.sin(), y, -r * around.cos()), self.density_within(&patch, within))
     }
 
-    /// The density of [`sample`](Self::sample).
+    /// Probability density of [`sample`](Self::sample).
     pub(super) fn density(&self, texture: &Texture, direction: DVec3) -> f64 {
         let around = direction.x.atan2(-direction.z) / TAU * self.width as f64 - 0.5;
         let i = (around.floor().rem_euclid(self.width as f64) as usize).min(self.width - 1);
         let (y, rows) = (direction.y.clamp(-1.0, 1.0), patch_rows(self.height));
         let j = ((y.acos() / PI * rows as f64) as usize).min(rows - 1);
         let (above, below) = (edge(self.height, j), edge(self.height, j + 1));
-        // Rounding of the angle may have chosen the patch beside it.
+        // Rounding of the angle may have selected the neighbouring patch.
         let down = ((above - y) / (above - below)).clamp(0.0, 1.0);
         self.density_within(&Patch::of(texture, i, j), [around - around.floor(), down])
     }
 }
 
-/// The index that a number chooses among cumulated weights, and a number that is uniform again.
+/// Samples an index by cumulative weights, and returns a number that is uniform again.
 fn choose(cumulative: &[f64], xi: f64) -> (usize, f64) {
     let last = cumulative.len() - 1;
     let target = xi * cumulative[last];
     let i = cumulative.partition_point(|&c| c <= target).min(last);
     let before = if i > 0 { cumulative[i - 1] } else { 0.0 };
-    // A weight that is chosen is above 0, but for rounding at the very end.
+    // A selected weight is positive, up to rounding at the very end.
     let within = (target - before) / (cumulative[i] - before);
     (i, if within >= 0.0 { within.min(1.0) } else { 0.0 })
 }

@@ -1,10 +1,11 @@
-//! The path tracer of scenes with media, in plain numbers: nothing of it is differentiated.
+//! Path tracer for scenes with participating media, in plain numbers: it has no derivatives.
 //!
-//! What is measured along a path is the equation of transfer ([`Medium`](crate::scene::Medium)) beside that of surfaces. A part
-//! of a path goes straight through clear boundaries until it is scattered in a medium or meets a surface that is not clear.
-//! Whatever emits along a sampled direction is added with the exact transmittance up to there, be the path scattered before
-//! or not, and so is what next-event estimation finds through clear boundaries: both are integrals over directions of the
-//! same integrand, weighted by the balance heuristic of their densities (Veach 1997, section 9.2).
+//! A path estimates the equation of transfer ([`Medium`](crate::scene::Medium)) and surface scattering. A
+//! segment continues straight through clear boundaries until it scatters in a medium or hits a surface that
+//! is not clear. All emission along a sampled direction is added with its exact transmittance, whether or not
+//! the path scatters before it, and so is the light found by next-event estimation through clear boundaries:
+//! both are integrals over directions of the same integrand, combined by the balance heuristic (Veach 1997,
+//! section 9.2).
 
 use std::f64::consts::TAU;
 
@@ -24,30 +25,30 @@ use super::surface::SurfacePoint;
 use crate::optics::phase;
 use crate::scene::{Hit, Light, Scene, Surface};
 
-/// A path on a straight way of which it is not known yet where it ends.
+/// A straight segment of a path whose end is not yet known.
 struct Leg {
     origin: DVec3,
     direction: DVec3,
-    /// The first surface ahead.
+    /// First surface on the way.
     hit: Option<Hit>,
     medium: Option<usize>,
     throughput: DVec3,
-    /// By how much radiance has been compressed on the way, η²: roulette must not take it for loss.
+    /// Accumulated compression of radiance, η²: Russian roulette must not treat it as loss.
     compression: f64,
-    /// The density of the direction, if next-event estimation might have chosen it too.
+    /// Density of the direction, if next-event estimation could have sampled it too.
     density: Option<f64>,
-    /// Whether it is from a camera that does not see what emits.
+    /// Whether it starts at a camera that does not see emitters.
     hides: bool,
 }
 
-/// Where a straight way ends, and what has been seen along it.
+/// Result of a straight segment: emission along it, and its end.
 struct Flight<'s> {
     seen: DVec3,
     throughput: DVec3,
     end: Option<Vertex<'s>>,
 }
 
-/// A point where light is scattered.
+/// A scattering point.
 enum Vertex<'s> {
     Particle { position: DVec3, direction: DVec3, medium: usize, asymmetry: f64 },
     Surface { point: SurfacePoint<f64>, shading: Box<Shading<'s, f64>>, medium: Option<usize> },
@@ -68,7 +69,7 @@ impl Vertex<'_> {
         }
     }
 
-    /// f |cos θ|, or the phase function; what is lost by absorption is in the throughput.
+    /// f |cos θ|, or the phase function; absorption is part of the throughput.
     fn evaluate(&self, towards: DVec3) -> DVec3 {
         match self {
             Self::Particle { direction, asymmetry, .. } => {
@@ -136,11 +137,11 @@ impl<'s> Paths<'s> {
         total
     }
 
-    /// Goes straight until light is scattered, and looks beyond for all that emits on the way.
+    /// Follows a segment to its scattering point, and adds all emission along its direction.
     fn fly(&self, leg: &Leg, samples: &mut Draws<'_>) -> Flight<'s> {
         let (scene, direction) = (self.scene, leg.direction);
         let mut flight = Flight { seen: DVec3::ZERO, throughput: leg.throughput, end: None };
-        // What the path would carry were it scattered nowhere.
+        // Throughput without any scattering.
         let mut clear = leg.throughput;
         let (mut origin, mut hit, mut medium, mut travelled) = (leg.origin, leg.hit, leg.medium, 0.0);
         loop {
@@ -178,7 +179,7 @@ impl<'s> Paths<'s> {
         }
     }
 
-    /// The point of a surface where light is scattered, if it is.
+    /// The scattering point on a surface, if it scatters.
     fn vertex(&self, (o, d): (DVec3, DVec3), hit: &Hit, medium: Option<usize>) -> Option<Vertex<'s>> {
         let (scene, plain) = (self.scene, Plain { scene: self.scene });
         let (o, d) = (Vec3::constant(o), Vec3::constant(d));
@@ -187,7 +188,8 @@ impl<'s> Paths<'s> {
         Some(Vertex::Surface { point, shading, medium })
     }
 
-    /// What a surface emits against a way, with its weight against next-event estimation.
+    /// Emission of a surface against the segment, with its multiple importance sampling weight against
+    /// next-event estimation.
     fn seen_at(&self, leg: &Leg, hit: &Hit) -> DVec3 {
         let Some(triangle) = self.scene.emitting(hit, leg.direction).filter(|_| !leg.hides) else {
             return DVec3::ZERO;
@@ -197,7 +199,7 @@ impl<'s> Paths<'s> {
         radiance_at(self.scene, triangle, hit.coordinates) * weight(leg.density, other)
     }
 
-    /// The same of all that is beyond the scene.
+    /// [`seen_at`](Self::seen_at) for lights at infinity.
     fn seen_beyond(&self, leg: &Leg) -> DVec3 {
         if leg.hides {
             return DVec3::ZERO;
@@ -211,7 +213,7 @@ impl<'s> Paths<'s> {
         lights.sum::<DVec3>() + self.constant_environment(&plain).value()
     }
 
-    /// Light that is scattered at a point directly from a light chosen there.
+    /// Direct light scattered at a point, from a sampled light.
     fn next_event_through_media(&self, vertex: &Vertex<'_>, samples: &mut Draws<'_>) -> DVec3 {
         let (choice, [a, b]) = (samples.one(), samples.pair());
         let x = vertex.position();
@@ -229,8 +231,8 @@ impl<'s> Paths<'s> {
         scattered * passed * self.sent(x, &towards) / (density + other)
     }
 
-    /// The part of light that gets to a point from what is in a direction at a distance: nothing, if a surface is between that
-    /// is not clear.
+    /// Transmittance between a point and a position at a distance in a direction; 0 if a surface that is not
+    /// clear is in between.
     fn passed(&self, vertex: &Vertex<'_>, direction: DVec3, distance: f64) -> DVec3 {
         let scene = self.scene;
         let (mut x, mut from) = (vertex.position(), vertex.surface());
@@ -251,7 +253,7 @@ impl<'s> Paths<'s> {
         }
     }
 
-    /// The nearest surface ahead of a point, which may be of a surface, but is no camera.
+    /// Nearest hit from a point, which may be on a surface but is not the camera.
     fn nearest(&self, x: DVec3, direction: DVec3, from: Option<Surface>) -> Option<Hit> {
         match from {
             Some(_) => self.scene.closest(x, direction, from),
@@ -259,7 +261,7 @@ impl<'s> Paths<'s> {
         }
     }
 
-    /// What a chosen light sends to a point where nothing is between: radiance, or of a light without extent irradiance.
+    /// Unoccluded light of a sampled light at a point: radiance, or irradiance for a light without extent.
     fn sent(&self, x: DVec3, towards: &LightSample) -> DVec3 {
         let (scene, plain, direction) = (self.scene, Plain { scene: self.scene }, towards.sampled.direction);
         match (towards.id, towards.surface) {
@@ -278,7 +280,7 @@ impl<'s> Paths<'s> {
         }
     }
 
-    /// The way on from a point where light is scattered.
+    /// Continuation of a path from a scattering point.
     fn scattered(
         &self,
         vertex: &Vertex<'_>,
@@ -303,7 +305,7 @@ impl<'s> Paths<'s> {
                     Bounce::Smooth(Sampled { direction, density }) => {
                         (direction, vertex.evaluate(direction) / density, Some(density))
                     }
-                    // Next-event estimation never chooses an ideal direction.
+                    // Next-event estimation never samples an ideal direction.
                     Bounce::Ideal(ideal) => (ideal.direction.value(), ideal.factor.value(), None),
                 };
                 (way, factor, density, compression * shading.compression(way))
@@ -316,7 +318,7 @@ impl<'s> Paths<'s> {
     }
 }
 
-/// The weight of the balance heuristic for a direction with a density, where the other strategy has another.
+/// Balance heuristic for a direction with a density, given the density of the other strategy.
 fn weight(density: Option<f64>, other: impl FnOnce() -> f64) -> f64 {
     density.map_or(1.0, |density| density / (density + other()))
 }

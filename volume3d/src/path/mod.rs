@@ -1,4 +1,4 @@
-//! The path tracer: one program for the primal and, over numbers with derivatives, for gradients.
+//! Path tracer: one implementation for the primal image and, over numbers with derivatives, for gradients.
 
 mod beam;
 mod bsdf;

@@ -1,4 +1,4 @@
-//! Light that is reflected directly from a light that is chosen.
+//! Next-event estimation.
 
 use flatland::calculus::{Number, Rgb, Vec3};
 use glam::DVec3;
@@ -14,7 +14,7 @@ use super::sequence::Draws;
 use crate::scene::{Light, Surface};
 
 impl Paths<'_> {
-    /// Light that is reflected at a point directly from a light chosen there.
+    /// Direct light reflected at a point, from a sampled light.
     #[inline]
     pub(super) fn next_event<C: Calculus>(
         &self,
@@ -51,11 +51,11 @@ impl Paths<'_> {
         border + reflected * emitted
     }
 
-    /// What is reflected of one light along a direction that has been sampled, in which a surface of it is seen or none:
-    /// f cos θ of the warped direction, with the Jacobian and a weight, and the radiance that comes from there.
+    /// Reflected light of one emitter along a sampled direction, in which its surface is seen (or none): f
+    /// cos θ of the warped direction, with Jacobian and weight, and the radiance from there.
     ///
-    /// Light that next-event estimation can choose is an integral of its own, with its own kernel, and both strategies see
-    /// one field.
+    /// Light that next-event estimation can sample is a separate integral with its own kernel, and both
+    /// sampling strategies use the same field.
     #[inline]
     pub(super) fn light_along<C: Calculus>(
         &self,
@@ -82,7 +82,7 @@ impl Paths<'_> {
         (reflect(shading, &warped, weight), emitted)
     }
 
-    /// Light from a point, or from one direction. Nothing is warped, and nothing may move that casts a shadow.
+    /// Light from a point or a single direction. It is not warped, and casters of its shadows must be static.
     fn delta_light<C: Calculus>(
         &self,
         calculus: &C,

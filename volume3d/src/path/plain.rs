@@ -1,4 +1,4 @@
-//! Plain numbers: no derivative, no warp, no auxiliary ray.
+//! Plain numbers: no derivatives, warps or auxiliary rays.
 
 use flatland::calculus::{Rgb, Vec3};
 use flatland::sdf::Sdf as _;
@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::calculus::{BorderSample, Calculus, CameraMotion, Kernel, Warped};
 use crate::scene::{Scene, Surface};
 
-/// The primal's calculus.
+/// Calculus of the primal image.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Plain<'s> {
     pub(crate) scene: &'s Scene,

@@ -1,4 +1,4 @@
-//! Normals that a texture tilts.
+//! Bump and normal maps.
 
 use flatland::calculus::{Number, Vec3};
 
@@ -6,19 +6,19 @@ use super::calculus::Calculus;
 use super::texture::{lookup, slope};
 use crate::scene::{Relief, Scene};
 
-/// What the tilted normal follows from.
+/// Inputs of a bump- or normal-mapped normal.
 pub(super) struct Tilted<T> {
-    /// The shading normal as it is interpolated.
+    /// The interpolated shading normal.
     pub(super) normal: Vec3<T>,
     pub(super) uv: [T; 2],
     /// ∂u p and ∂v p.
     pub(super) sides: [Vec3<T>; 2],
-    /// The face's own normal.
+    /// The geometric normal.
     pub(super) face: Vec3<T>,
 }
 
 impl<T: Number> Tilted<T> {
-    /// The tilted unit normal, of the front.
+    /// The mapped unit normal on the front.
     pub(super) fn normal<C: Calculus<Number = T>>(
         &self,
         scene: &Scene,
@@ -38,7 +38,7 @@ impl<T: Number> Tilted<T> {
                 let image = &scene.description.textures[texture];
                 let c = lookup(image, texture, [image.wrap; 2], s, t, calculus).0;
                 let [x, y, z] = c.map(|c| c * 2.0 - T::constant(1.0));
-                // The frame of the surface, with its first axis along ∂u p.
+                // Frame of the surface, with its first axis along ∂u p.
                 let along = (self.sides[0] - n * n.dot(self.sides[0])).normalized();
                 (along * x + n.cross(along) * y + n * z).normalized()
             }

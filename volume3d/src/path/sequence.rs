@@ -1,46 +1,46 @@
-//! Well spread samples: scrambled Sobol' points, one pair of dimensions after the other.
+//! Low-discrepancy samples: scrambled Sobol' points in independent pairs of dimensions.
 
 use flatland::random::{Stream, stream};
 use rand::Rng;
 
-/// The points of one pixel cell. Every sample of the cell takes the same dimensions for the same purposes, and in
-/// every pair of dimensions the samples are the first two of Sobol's sequence: a (0, 2)-net, of which every
-/// power of two is stratified in all dyadic boxes at once.
+/// Random numbers of one sample. All samples of a cell use the same dimensions for the same purposes, and in
+/// every pair of dimensions they are the first two of Sobol's sequence: a (0, 2)-net, of which any power of
+/// two is stratified in all dyadic boxes.
 ///
-/// Each pair is scrambled by itself (Owen 1995; the hash of Laine and Karras 2011 in the form of Burley 2020) and
-/// its samples are in an order of their own, so that pairs are independent of one another. A last digital shift by
-/// random bits makes each single sample uniform exactly, whatever the quality of the hash: estimates are unbiased.
+/// Each pair is scrambled separately (Owen 1995; the hash of Laine and Karras 2011 in the form of Burley
+/// 2020) and its samples are permuted, so that pairs are mutually independent. A final random digital shift
+/// makes each single sample exactly uniform, whatever the quality of the hash: estimates are unbiased.
 #[derive(Clone, Debug)]
 pub(crate) struct Draws<'p> {
-    /// What has been made ahead of time and is not drawn yet.
+    /// Prepared pairs not drawn yet.
     prepared: &'p [Fixed],
-    /// The bits of the sample's index, the last first.
+    /// Bits of the sample's index, reversed.
     reversed: u32,
-    /// Of the pairs after those.
+    /// Generator of the scrambles of further pairs.
     rng: Stream,
-    /// The state of the digital shifts of pairs, where they are shifted.
+    /// State of the digital shifts of pairs, if they are shifted.
     shift: Option<u64>,
 }
 
-/// A pair of numbers as fractions of 2⁵².
+/// A pair of numbers as multiples of 2⁻⁵².
 type Fixed = [u64; 2];
 
-/// Draws of which none has been made ahead of time.
+/// Random numbers without prepared pairs.
 pub(crate) type Sequence = Draws<'static>;
 
 impl Sequence {
-    /// The sample `index` of the sequence that belongs to `address`.
+    /// Sample `index` of the sequence with this address.
     pub(crate) fn new(seed: u64, address: &[u64], index: usize) -> Self {
         Self { prepared: &[], reversed: reversed(index), rng: stream(seed, address), shift: None }
     }
 }
 
 impl Draws<'_> {
-    /// The same points after a digital shift of every pair by random bits, which depend on `key` alone.
+    /// The points after a digital shift of every pair by random bits that depend only on `key`.
     ///
-    /// The shifted points of a sequence are stratified as they were. Given the points, those of two keys are
-    /// independent, and each single one is uniform: means of any integrands over the samples of two keys are
-    /// uncorrelated, whatever the sequence they have in common.
+    /// Shifted points keep their stratification. Given the points, those of two keys are independent, and
+    /// each single one is uniform: means of any integrands over the samples of two keys are uncorrelated,
+    /// whatever the common sequence.
     pub(crate) fn shifted(self, key: u64) -> Self {
         Self { shift: Some(key), ..self }
     }
@@ -73,17 +73,17 @@ impl Draws<'_> {
     }
 }
 
-/// The first pairs of the samples of a sequence, for cells that share them.
+/// Prepared first pairs of a sequence's samples, for cells that share them.
 #[derive(Clone, Debug)]
 pub(crate) struct PreparedSequence {
-    /// One sample after the other.
+    /// Pairs, sample by sample.
     pairs: Vec<Fixed>,
     depth: usize,
     rng: Stream,
 }
 
 impl PreparedSequence {
-    /// So many samples of the sequence that belongs to `address`, so many pairs of each.
+    /// Prepares `depth` pairs of each of `samples` samples of the sequence with this address.
     pub(crate) fn new(seed: u64, address: &[u64], samples: usize, depth: usize) -> Self {
         let mut rng = stream(seed, address);
         let keys: Vec<Keys> = (0..depth).map(|_| Keys::draw(&mut rng)).collect();
@@ -91,7 +91,7 @@ impl PreparedSequence {
         Self { pairs: (0..samples).flat_map(of_sample).collect(), depth, rng }
     }
 
-    /// What [`Sequence::new`] is, bit for bit.
+    /// The numbers of [`Sequence::new`], bit for bit.
     #[inline]
     pub(crate) fn sample(&self, index: usize) -> Draws<'_> {
         let prepared = &self.pairs[index * self.depth..(index + 1) * self.depth];
@@ -103,7 +103,7 @@ fn reversed(index: usize) -> u32 {
     (index as u32).reverse_bits()
 }
 
-/// What scrambles a pair, the same for all samples of a sequence.
+/// Keys of a pair's scramble, equal for all samples of a sequence.
 #[derive(Clone, Copy)]
 struct Keys([u64; 2]);
 
@@ -118,7 +118,7 @@ impl Keys {
         // The first dimension is the index with its bits reversed.
         let x = scramble(index, (keys[0] >> 32) as u32) ^ (mix(keys[1]) >> 32) as u32;
         let y = scramble(second(index), keys[1] as u32) ^ mix(keys[0] ^ keys[1]) as u32;
-        // Bits below the thirty-second are the same for all samples of a cell: no matter.
+        // Bits below the thirty-second are equal for all samples of a cell, which is harmless.
         [fixed(x, keys[1] >> 32), fixed(y, keys[0] >> 32)]
     }
 }
@@ -126,20 +126,20 @@ impl Keys {
 /// Bits of a number after the thirty-second.
 const BELOW: u32 = 20;
 
-/// A number of which the first 32 bits are x, and the last 20 those of `fraction`.
+/// A number whose first 32 bits are x and whose last 20 are those of `fraction`.
 fn fixed(x: u32, fraction: u64) -> u64 {
     u64::from(x) << BELOW | fraction & ((1 << BELOW) - 1)
 }
 
-/// The middle of the interval of 2⁻⁵² that begins there, in (0, 1).
+/// Midpoint of the interval of length 2⁻⁵² that begins there, in (0, 1).
 #[inline]
 fn unit(fixed: u64) -> f64 {
     (fixed as f64 + 0.5) * f64::EPSILON
 }
 
-/// The second dimension of Sobol's sequence, with its bits reversed: bit j is the sum modulo 2 of the index's bits k for which the binomial
-/// coefficient (k over j) is odd. By Lucas' theorem those are the k that have all bits of j, so that the sums are
-/// made one bit of k after the other.
+/// The second dimension of Sobol's sequence, with its bits reversed: bit j is the sum modulo 2 of the index's
+/// bits k for which the binomial coefficient (k over j) is odd. By Lucas' theorem these are the k that
+/// contain all bits of j, so that the sums can be computed one bit of k at a time.
 fn second(mut index: u32) -> u32 {
     index ^= (index >> 1) & 0x5555_5555;
     index ^= (index >> 2) & 0x3333_3333;
@@ -148,7 +148,8 @@ fn second(mut index: u32) -> u32 {
     index ^ (index >> 16)
 }
 
-/// A nested uniform scramble of the bits of x, which is given with its bits reversed: each bit is flipped by a hash of the bits above it.
+/// Nested uniform scramble of the bits of x, given in reverse order: each bit is flipped by a hash of the
+/// bits above it.
 fn scramble(mut x: u32, seed: u32) -> u32 {
     x ^= x.wrapping_mul(0x3D20_ADEA);
     x = x.wrapping_add(seed);
@@ -185,7 +186,7 @@ mod tests {
         }
     }
 
-    /// Also of pairs after those that were prepared.
+    /// Also for pairs after the prepared ones.
     #[test]
     fn prepared_pairs_are_those_that_are_drawn() {
         let prepared = PreparedSequence::new(3, &[1, 2], 5, 4);

@@ -1,4 +1,4 @@
-//! Radiance without derivatives, with media or without.
+//! Radiance without derivatives, with or without media.
 
 use flatland::calculus::Vec3;
 use glam::DVec3;
@@ -9,8 +9,8 @@ use super::sequence::Draws;
 use crate::scene::Hit;
 
 impl Paths<'_> {
-    /// One sample of the radiance that arrives from `hit` along the `depth`-th segment of a path, without derivatives. In a
-    /// scene with media that is the first segment, from the camera.
+    /// One sample of the radiance from `hit` along the `depth`-th segment of a path, without derivatives.
+    /// With media, `depth` must be 1, the camera's segment.
     pub(crate) fn still_radiance(
         &self,
         origin: DVec3,
@@ -26,8 +26,8 @@ impl Paths<'_> {
         self.radiance(&mut Plain { scene: self.scene }, origin, direction, hit, depth, samples).value()
     }
 
-    /// The sum of what [`still_radiance`](Self::still_radiance) is along the first segment of several paths, bit for bit: what is at its end
-    /// is worked out once.
+    /// Sum of [`still_radiance`](Self::still_radiance) along the first segment over several samples, bit for
+    /// bit; the first vertex is shaded once.
     pub(crate) fn still_radiances<'d>(
         &self,
         origin: DVec3,

@@ -1,11 +1,11 @@
-//! Textures, looked up in numbers.
+//! Texture lookups over numbers.
 
 use flatland::calculus::{Number, Rgb};
 
 use super::calculus::Calculus;
 use crate::scene::{Texture, Wrap};
 
-/// The bilinear lookup of a texture at (s, t), t upwards, wrapped as told along each axis.
+/// Bilinear lookup of a texture at (s, t), t upwards, with a wrap mode for each axis.
 pub(crate) fn lookup<C: Calculus>(
     texture: &Texture,
     index: usize,
@@ -23,7 +23,7 @@ pub(crate) fn lookup<C: Calculus>(
         + calculus.texel(index, d) * (fx * fy)
 }
 
-/// A point among texels: the column and row above and left of it, and how far it is beyond.
+/// A point among texels: the column and row above and left of it, and the fractional offset.
 struct Place<T> {
     cell: [f64; 2],
     beyond: [T; 2],
@@ -42,7 +42,7 @@ fn place<T: Number>(texture: &Texture, s: T, t: T) -> Place<T> {
 }
 
 impl<T: Number> Place<T> {
-    /// The four texels around it, row by row.
+    /// Indices of the four surrounding texels, row by row.
     fn corners(&self, texture: &Texture, wraps: [Wrap; 2]) -> [[usize; 2]; 2] {
         let [i, j] = self.cell;
         [0.0, 1.0].map(|dj| {
@@ -51,19 +51,19 @@ impl<T: Number> Place<T> {
         })
     }
 
-    /// Those of the later column and row, and of the earlier.
+    /// Bilinear weights along each axis.
     fn weights(&self) -> [[T; 2]; 2] {
         let one = T::constant(1.0);
         [self.beyond, self.beyond.map(|f| one - f)]
     }
 }
 
-/// Rec. 709.
+/// Rec. 709 luminance.
 pub(crate) fn luminance<T: Number>(Rgb([r, g, b]): Rgb<T>) -> T {
     r * 0.2126 + g * 0.7152 + b * 0.0722
 }
 
-/// The gradient of a texture's luminance by (s, t), of the bilinear patch that the point is in.
+/// Gradient of a texture's luminance by (s, t), in the bilinear patch of the point.
 pub(crate) fn slope<C: Calculus>(
     texture: &Texture,
     index: usize,

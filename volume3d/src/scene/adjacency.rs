@@ -1,4 +1,4 @@
-//! What lies beyond the edges of triangles, and whether what is seen jumps there.
+//! Adjacency of triangles: what lies beyond each edge, and whether radiance is discontinuous there.
 
 use std::sync::OnceLock;
 
@@ -9,16 +9,16 @@ use super::material::Material;
 use super::triangle::{Tables, Triangle};
 use crate::geometry::{Edges, HalfEdge};
 
-/// What lies beyond an edge of a triangle.
+/// Neighbour beyond an edge of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Beyond {
-    /// Nothing that continues the surface: from wherever the edge is seen, what is seen jumps there. A border, or an
-    /// edge of three triangles or more.
+    /// Nothing that continues the surface: a border, or an edge of three or more triangles. Radiance is
+    /// discontinuous from every viewpoint.
     Border,
-    /// Another triangle that continues the surface, but not its shading: a crease of flat shading, a seam of
-    /// normals or of a texture. The radiance jumps there; what the surface covers does not.
+    /// A triangle that continues the surface, but not its shading: a crease of flat shading, or a seam of
+    /// normals or texture. Radiance is discontinuous there; visibility is not.
     Crease(u32),
-    /// Another triangle that continues surface and shading.
+    /// A triangle that continues surface and shading.
     Smooth(u32),
 }
 
@@ -32,27 +32,28 @@ impl Beyond {
     }
 }
 
-/// What triangles are shaded by.
+/// Shading data of triangles.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shading<'s> {
     pub(super) normals: &'s [DVec3],
     pub(super) uvs: &'s [DVec2],
-    /// What each shape needs texture coordinates for.
+    /// Use of texture coordinates by each shape.
     pub(super) coordinates: &'s [Coordinates],
 }
 
-/// What a shape needs texture coordinates for, the more the later.
+/// Use of texture coordinates by a shape; each variant includes those before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Coordinates {
     Nothing,
-    /// Places in a texture.
+    /// Texture lookups.
     Places,
-    /// Places, and the axes of its facets: each triangle has its own, so that the radiance jumps where they differ.
+    /// Texture lookups and the axes of anisotropic facets. Each triangle has its own axes, so that radiance
+    /// is discontinuous where they differ.
     Axes,
 }
 
 impl Coordinates {
-    /// What a material needs them for.
+    /// Use of texture coordinates by a material.
     pub(super) fn of(material: &Material) -> Self {
         if material.bsdf.is_anisotropic() {
             Self::Axes
@@ -64,17 +65,18 @@ impl Coordinates {
     }
 }
 
-/// What lies beyond every edge of all triangles.
+/// Neighbours beyond every edge of all triangles.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Adjacency {
     /// For edge k of a triangle, from corner k to corner k + 1.
     beyond: Vec<[Beyond; 3]>,
-    /// Whether edges of a triangle may become creases, or cease to be, if positions, normals or textures change.
+    /// Whether edges of a triangle may become or cease to be creases as positions, normals or textures
+    /// change.
     may_change: Vec<bool>,
-    /// Whether facets of some shape have axes: then all may.
+    /// Whether any shape has anisotropic facets, in which case all edges may change.
     has_axes: bool,
-    /// The smallest radius of curvature around each triangle, once asked for: auxiliary rays alone need it, and it takes
-    /// as long as all else that is brought up to date when vertices move.
+    /// Smallest radius of curvature around each triangle, computed on demand: only auxiliary rays need it,
+    /// and it costs as much as all other updates when vertices move.
     radii: OnceLock<Vec<f64>>,
 }
 
@@ -99,10 +101,10 @@ impl Adjacency {
         adjacency
     }
 
-    /// Finds again which edges are creases, for other positions, normals or textures of the same triangles.
+    /// Reclassifies creases after a change of positions, normals or textures of the same triangles.
     pub(super) fn fit(&mut self, tables: Tables<'_>, shading: Shading<'_>) {
         self.radii = OnceLock::new();
-        // Normals of faces matter to flat shading alone.
+        // Face normals matter to flat shading only.
         let flat = tables.triangles.par_iter().any(Triangle::is_flat);
         let had_axes = self.has_axes;
         self.has_axes = shading.coordinates.contains(&Coordinates::Axes);
@@ -120,18 +122,18 @@ impl Adjacency {
         });
     }
 
-    /// What lies beyond the edges of a triangle.
+    /// Neighbours beyond the edges of a triangle.
     pub(crate) fn beyond(&self, triangle: u32) -> [Beyond; 3] {
         self.beyond[triangle as usize]
     }
 
-    /// The smallest radius of curvature around a triangle of these tables, from the angles to the faces that continue its
-    /// surface; infinite where it is flat or alone.
+    /// Smallest radius of curvature around a triangle, from the angles to the faces that continue its
+    /// surface; infinite if it is flat or isolated.
     pub(super) fn radius(&self, tables: Tables<'_>, triangle: u32) -> f64 {
         self.radii.get_or_init(|| self.find_radii(tables))[triangle as usize]
     }
 
-    /// On one thread: others may be waiting for it.
+    /// Computed on one thread, as others may be waiting for it.
     fn find_radii(&self, tables: Tables<'_>) -> Vec<f64> {
         let normals: Vec<DVec3> =
             (0..tables.triangles.len()).map(|t| normal(tables.corners(t as u32))).collect();
@@ -156,32 +158,33 @@ impl Adjacency {
         }
     }
 
-    /// Whether what is seen jumps at edge k of a triangle from wherever it is seen, and not at silhouettes only.
+    /// Whether radiance is discontinuous at edge k of a triangle from every viewpoint, and not only at
+    /// silhouettes.
     pub(crate) fn jumps(&self, triangle: u32, k: usize) -> bool {
         !matches!(self.beyond[triangle as usize][k], Beyond::Smooth(_))
     }
 }
 
-/// Whether the surface goes on across an edge: the two must run along it in opposite senses, or front and back
-/// meet in it.
+/// Whether the surface continues across an edge: the two triangles must traverse it in opposite directions;
+/// otherwise front and back meet there.
 fn surface_continues(tables: Tables<'_>, first: &HalfEdge, second: &HalfEdge) -> bool {
     let [s, t] = [first, second].map(|side| tables.triangles[side.triangle as usize].shape);
     first.ascending != second.ascending && s == t
 }
 
-/// The edge of a second triangle that runs along edge k of a first in the opposite sense.
+/// The edge of a second triangle that traverses edge k of a first in the opposite direction.
 fn facing(s: &Triangle, t: &Triangle, k: usize) -> Option<usize> {
     let [a, b] = [s.positions[k], s.positions[(k + 1) % 3]];
     (0..3).find(|&l| t.positions[l] == b && t.positions[(l + 1) % 3] == a)
 }
 
-/// Of a table of two triangles' corners, what is at the ends of the edge between them, in one order.
+/// Entries of a corner table at both ends of the shared edge of two triangles, in a common order.
 fn ends([s, t]: [&Triangle; 2], [k, l]: [usize; 2], table: fn(&Triangle) -> [u32; 3]) -> [[u32; 2]; 2] {
     let (s, t) = (table(s), table(t));
     [[s[k], s[(k + 1) % 3]], [t[(l + 1) % 3], t[l]]]
 }
 
-/// Whether normals and texture go on across edge k of the first triangle whatever their values are.
+/// Whether normals and texture coordinates continue across edge k of the first triangle for any values.
 fn indices_continue(tables: Tables<'_>, pair: [usize; 2], k: usize) -> bool {
     let [s, t] = pair.map(|i| &tables.triangles[i]);
     let Some(l) = facing(s, t, k) else { return false };
@@ -192,11 +195,10 @@ fn indices_continue(tables: Tables<'_>, pair: [usize; 2], k: usize) -> bool {
     !s.is_flat() && same(|t| t.normals) && same(|t| t.uvs)
 }
 
-/// Unit normals that differ by no more than this are those of one plane. It is what rounding to single
-/// precision, in which most meshes are stored, does to triangles a hundredth as large as their coordinates. A
-/// jump of the radiance that is left out where flat-shaded triangles meet is as small, relatively. Of a mesh
-/// that rounding to double precision turns by more, [`Scene::coarse_meshes`](super::Scene::coarse_meshes)
-/// tells.
+/// Distance between unit normals up to which faces count as coplanar. It is the rounding of single precision,
+/// in which most meshes are stored, for triangles of 1/100 the size of their coordinates. The neglected
+/// discontinuity of radiance between flat-shaded triangles is of the same relative size. Meshes that rounding
+/// in double precision rotates by more are reported by [`Scene::coarse_meshes`](super::Scene::coarse_meshes).
 pub(crate) const FLAT: f64 = 1e-5;
 
 /// Triangles with their unit normals.
@@ -207,8 +209,8 @@ struct Planes<'s> {
 }
 
 impl Planes<'_> {
-    /// Whether normals and texture go on from a triangle to another across edge k of the first, along which the other runs
-    /// in the opposite sense.
+    /// Whether normals and texture coordinates continue from one triangle to another across edge k of the
+    /// first, which the other traverses in the opposite direction.
     fn shading_continues(self, shading: Shading<'_>, pair: [usize; 2], k: usize) -> bool {
         let [s, t] = pair.map(|i| &self.tables.triangles[i]);
         let Some(l) = facing(s, t, k) else { return false };
@@ -236,7 +238,7 @@ impl Planes<'_> {
         same_places && same_axes && same_normals
     }
 
-    /// The direction in which the first texture coordinate grows along a triangle, if there is one.
+    /// Direction of increasing first texture coordinate along a triangle, if there is one.
     fn axis(self, uvs: &[DVec2], triangle: usize) -> Option<DVec3> {
         let of = |i: u32| uvs.get(i as usize).copied();
         let [a, b, c] = self.tables.triangles[triangle].uvs.map(of);
@@ -247,14 +249,14 @@ impl Planes<'_> {
         side.try_normalize()
     }
 
-    /// Whether two flat-shaded triangles shade alike, to rounding. Vertices that move may bend the edge between them; but
-    /// as long as nothing jumps there, nothing that moves there counts.
+    /// Whether two flat-shaded triangles shade alike, up to rounding. Moving vertices may bend the edge
+    /// between them; but as long as radiance is continuous there, that motion does not matter.
     fn coplanar(self, pair: [usize; 2]) -> bool {
         let [m, n] = pair.map(|i| self.normals[i]);
         (m - n).length() <= FLAT
     }
 
-    /// The distance of the centroids of two triangles over the angle between their normals.
+    /// Distance between the centroids of two triangles divided by the angle between their normals.
     fn radius_across(self, pair: [usize; 2]) -> f64 {
         let [a, b] = pair.map(|i| self.tables.corners(i as u32).into_iter().sum::<DVec3>() / 3.0);
         let [m, n] = pair.map(|i| self.normals[i]);

@@ -6,7 +6,8 @@ use super::principled::{Principled, PrincipledThin};
 use super::value::{Reflectance, Value};
 use crate::optics::{Coating, Microfacets};
 
-/// A reflection model. Light arrives and leaves on the side the shading normal points to, unless light passes the surface.
+/// A reflection model. Light arrives and leaves on the side of the shading normal, unless the material is
+/// transmissive.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Bsdf {
     /// Lambert: ρ/π.
@@ -18,39 +19,39 @@ pub enum Bsdf {
     RoughConductor {
         /// D.
         distribution: Microfacets,
-        /// The roughness α, along u, the first texture coordinate.
+        /// Roughness α along u, the first texture coordinate.
         alpha: f64,
-        /// α across u over α along it: 1 for the same in all directions. Without texture coordinates it is 1.
+        /// Ratio of α orthogonal to u to α along u: 1 if isotropic. Must be 1 without texture coordinates.
         stretch: f64,
         /// Real part of the index of refraction.
         eta: DVec3,
-        /// Imaginary part. With `eta` zero and this one, F = 1 (Mitsuba's material "none").
+        /// Imaginary part. With `eta` zero and this equal to one, F = 1 (Mitsuba's material "none").
         k: DVec3,
-        /// A factor on the whole.
+        /// Factor on the whole BSDF.
         specular_reflectance: Reflectance,
     },
-    /// An ideal mirror of metal.
+    /// An ideal metallic mirror.
     Conductor {
         /// Real part of the index of refraction.
         eta: DVec3,
         /// Imaginary part.
         k: DVec3,
-        /// A factor on the whole.
+        /// Factor on the whole BSDF.
         specular_reflectance: Reflectance,
     },
     /// A diffuse base below a dielectric coating.
     Plastic(Plastic),
-    /// The boundary of a transparent medium: what is behind the front is within.
+    /// Boundary of a transparent medium, whose interior is behind the front.
     Dielectric(Dielectric),
-    /// A transparent plate so thin that what passes is not shifted, with all reflections within; it is always smooth.
+    /// A smooth transparent plate without refraction offset, with all internal reflections.
     ThinDielectric(Dielectric),
-    /// The principled model of a solid.
+    /// The principled BSDF of a solid.
     Principled(Principled),
-    /// The principled model of a sheet without thickness.
+    /// The principled BSDF of an infinitely thin sheet.
     PrincipledThin(PrincipledThin),
 }
 
-/// Facets of a rough surface.
+/// Microfacets of a rough surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Roughness {
     /// D.
@@ -59,57 +60,59 @@ pub struct Roughness {
     pub alpha: f64,
 }
 
-/// A diffuse base below a dielectric coating. With ρ the base's reflectance, η the relative index of refraction, T what the coating lets
-/// through, Rᵢ what it throws back of diffuse light from within, and Fresnel's F,
+/// A diffuse base below a dielectric coating. With ρ the base's reflectance, η the relative index of
+/// refraction, T the transmittance of the coating, Rᵢ its internal reflectance for diffuse light, and
+/// Fresnel's F,
 ///
 /// ```text
 /// f = s F D G/(4 cos θᵢ cos θₒ) + ρ/(1 − ρ′ Rᵢ) T(θᵢ) T(θₒ)/(π η²);
 /// ```
 ///
-/// if it is smooth, the first term is an ideal mirror s F(θᵢ).
+/// for a smooth coating, the first term is an ideal mirror s F(θᵢ).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plastic {
-    /// η, the coating's over that of the outside; not 1.
+    /// η, the coating's index of refraction relative to the outside; not 1.
     pub eta: f64,
-    /// The coating's facets; nothing if it is smooth.
+    /// Microfacets of the coating; `None` if it is smooth.
     pub facets: Option<Roughness>,
     /// ρ.
     pub diffuse_reflectance: Reflectance,
-    /// s, a factor on what the coating reflects.
+    /// s, a factor on the coating's reflection.
     pub specular_reflectance: DVec3,
-    /// What becomes of light that the coating throws back.
+    /// Treatment of light that the coating reflects internally.
     pub scattering: Scattering,
 }
 
-/// What becomes of light in a diffuse base that the coating throws back.
+/// Treatment of light in a diffuse base that the coating reflects internally.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Scattering {
-    /// It is scattered again, without loss: ρ′ is 1.
+    /// Scattered again without loss: ρ′ = 1.
     #[default]
     Linear,
-    /// It is scattered again, so that colours saturate: ρ′ is ρ.
+    /// Scattered again, so that colours saturate: ρ′ = ρ.
     Nonlinear,
-    /// It is lost, and the base is below a smooth boundary whatever the facets: ρ T(θᵢ) T(θₒ)/π (Baek and others 2018).
+    /// Lost, with the base below a smooth boundary whatever the facets: ρ T(θᵢ) T(θₒ)/π (Baek and others
+    /// 2018).
     Once,
 }
 
-/// A boundary between two transparent media. Radiance that passes it is scaled by the square of the ratio of indices, as is
-/// right for paths from the camera.
+/// Boundary between two transparent media. Transmitted radiance is scaled by the squared ratio of indices, as
+/// for paths from the camera.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dielectric {
-    /// The index of refraction behind the front over that before it; not 1 if it is rough.
+    /// Index of refraction behind the front relative to that in front; not 1 if the boundary is rough.
     pub eta: f64,
-    /// Its facets; nothing if it is smooth.
+    /// Microfacets; `None` if it is smooth.
     pub facets: Option<Roughness>,
-    /// A factor on what is reflected.
+    /// Factor on reflected light.
     pub specular_reflectance: DVec3,
-    /// A factor on what passes.
+    /// Factor on transmitted light.
     pub specular_transmittance: Reflectance,
 }
 
 impl Bsdf {
-    /// The colour that may be textured: a factor on all that diffuse surfaces and conductors reflect, the base's of plastic and
-    /// the principled models, and a factor on what passes a dielectric.
+    /// The colour that may be textured: a factor on everything that diffuse surfaces and conductors reflect,
+    /// the base colour of plastic and the principled models, and a factor on a dielectric's transmission.
     #[must_use]
     pub fn reflectance(&self) -> &Reflectance {
         match self {
@@ -125,7 +128,7 @@ impl Bsdf {
         }
     }
 
-    /// The same, to be changed.
+    /// Mutable [`reflectance`](Self::reflectance).
     pub(crate) fn reflectance_mut(&mut self) -> &mut Reflectance {
         match self {
             Self::Diffuse { reflectance } => reflectance,
@@ -140,7 +143,7 @@ impl Bsdf {
         }
     }
 
-    /// The roughness, if it has a lobe, and the same everywhere: α, or of the principled models r.
+    /// The constant roughness, if it has one: α, or r for the principled models.
     #[must_use]
     pub fn roughness(&self) -> Option<f64> {
         match self {
@@ -150,7 +153,7 @@ impl Bsdf {
         }
     }
 
-    /// The same, to be changed.
+    /// Mutable [`roughness`](Self::roughness).
     pub(crate) fn roughness_mut(&mut self) -> Option<&mut f64> {
         match self {
             Self::RoughConductor { alpha, .. } => Some(alpha),
@@ -163,7 +166,7 @@ impl Bsdf {
         }
     }
 
-    /// Its facets, if it has any with an α of their own.
+    /// Microfacets, if it has any with an α of their own.
     #[must_use]
     pub fn facets(&self) -> Option<Roughness> {
         match *self {
@@ -173,7 +176,7 @@ impl Bsdf {
         }
     }
 
-    /// Numbers that may be textures, by their names, and the most that each may be.
+    /// Parameters that may be textures, with their names and upper bounds.
     pub(crate) fn values(&self) -> Vec<(&'static str, Value, f64)> {
         match self {
             Self::Principled(principled) => principled.values(),
@@ -182,7 +185,7 @@ impl Bsdf {
         }
     }
 
-    /// Whether it reflects in another way along u, the first texture coordinate, than across it.
+    /// Whether the BSDF is anisotropic, with axes along and orthogonal to u, the first texture coordinate.
     pub(crate) fn is_anisotropic(&self) -> bool {
         match self {
             Self::RoughConductor { stretch, .. } => *stretch != 1.0,
@@ -192,7 +195,7 @@ impl Bsdf {
         }
     }
 
-    /// η and k, if it is of metal.
+    /// η and k, if it is metallic.
     #[must_use]
     pub fn index_of_refraction(&self) -> Option<[DVec3; 2]> {
         match self {
@@ -201,7 +204,7 @@ impl Bsdf {
         }
     }
 
-    /// The index of refraction behind its front over that before it, if it is no metal and has one.
+    /// Index of refraction behind the front relative to that in front, if it is not metallic and has one.
     #[must_use]
     pub fn relative_index(&self) -> Option<f64> {
         match self {
@@ -213,8 +216,7 @@ impl Bsdf {
         }
     }
 
-    /// Whether it reflects one direction into one direction, be it a part of the light: what moves in its image jumps where no
-    /// warp sees it.
+    /// Whether it has an ideal specular reflection: discontinuities seen through a mirror are not handled.
     #[must_use]
     pub fn is_mirror(&self) -> bool {
         match self {
@@ -226,7 +228,7 @@ impl Bsdf {
         }
     }
 
-    /// Whether light passes it: what moves behind it jumps where no warp sees it.
+    /// Whether it is transmissive: discontinuities seen through it are not handled.
     #[must_use]
     pub fn transmits(&self) -> bool {
         match self {
@@ -239,12 +241,12 @@ impl Bsdf {
         }
     }
 
-    /// Whether it reflects nothing where its [`reflectance`](Self::reflectance) is 0.
+    /// Whether it is black if its [`reflectance`](Self::reflectance) is 0.
     pub(crate) fn is_scaled(&self) -> bool {
         matches!(self, Self::Diffuse { .. } | Self::RoughConductor { .. } | Self::Conductor { .. })
     }
 
-    /// What its coating lets through, if it has one.
+    /// Transmittance tables of its coating, if it has one.
     pub(crate) fn coating(&self) -> Option<Coating> {
         let Self::Plastic(plastic) = self else { return None };
         Some(match plastic.facets {
@@ -255,7 +257,7 @@ impl Bsdf {
         })
     }
 
-    /// The model in words.
+    /// Display name of the model.
     #[must_use]
     pub fn name(&self) -> &'static str {
         match self {

@@ -1,4 +1,4 @@
-//! From a description to what rendering needs.
+//! Construction of a scene from its description.
 
 use std::any::Any;
 use std::sync::{Arc, OnceLock};
@@ -18,44 +18,44 @@ use super::{Camera, Description, ImplicitShape, Light};
 use crate::geometry::{Accelerator, Normals};
 use crate::optics::Coating;
 
-/// A scene: a checked description, and what tracing and shading need.
+/// A scene: a validated description, with the data needed for tracing and shading.
 #[derive(Debug)]
 pub struct Scene {
     pub(crate) description: Description,
-    /// What of it stands somewhere, in the scene's own coordinates, as all that follows.
+    /// Camera, implicit surfaces and lights in the scene's internal coordinates, which all fields below use.
     pub(super) placed: Placed,
-    /// The positions of all shapes, one shape after the other.
+    /// Positions of all shapes, shape by shape.
     pub(crate) positions: Vec<DVec3>,
     pub(crate) triangles: Vec<Triangle>,
     /// Shading normals, given or computed; unit length or zero.
     pub(crate) normals: Vec<DVec3>,
-    /// How the computed ones follow from positions.
+    /// Dependence of computed normals on positions.
     pub(crate) vertex_normals: VertexNormals,
     pub(crate) uvs: Vec<DVec2>,
-    /// Where each shape's positions, triangles and normals start, and the end.
+    /// First position, triangle and normal of each shape, and the end.
     pub(crate) first_position: Vec<u32>,
     pub(crate) first_triangle: Vec<u32>,
     pub(crate) first_normal: Vec<u32>,
     pub(crate) accelerator: Accelerator,
     pub(crate) adjacency: Adjacency,
-    /// What the coating of each material lets through, if it has one.
+    /// Transmittance tables of each material's coating, if it has one.
     pub(crate) coatings: Vec<Option<Coating>>,
-    /// The box around each implicit surface, if it has one.
+    /// Bounding box of each implicit surface, if it has one.
     pub(super) implicit_bounds: Vec<Option<(DVec3, DVec3)>>,
-    /// Rays at implicit surfaces that could not be followed.
+    /// Counts of implicit-surface rays that were lost.
     pub(super) trace_counters: Counters,
-    /// The largest coordinate of the camera and of all surfaces.
+    /// Largest coordinate of the camera and of all surfaces.
     pub(super) extent: f64,
-    /// Found when they are first asked for: an image needs none.
+    /// Computed on demand: an image needs none.
     pub(super) crossings: OnceLock<Crossings>,
     pub(super) derived: Derived,
 }
 
 impl Scene {
-    /// Checks a description and builds a scene from it.
+    /// Validates a description and builds a scene from it.
     ///
     /// # Errors
-    /// A [`SceneError`] that names what is wrong.
+    /// A [`SceneError`] that names the violation.
     pub fn new(description: Description) -> Result<Self, SceneError> {
         super::check::check(&description)?;
         super::check_media::check(&description)?;
@@ -133,44 +133,44 @@ impl Scene {
         scene
     }
 
-    /// Brings the extent up to date.
+    /// Updates the extent.
     pub(super) fn measure(&mut self) {
         self.implicit_bounds = self.placed.implicits.iter().map(Sdf::bounds).collect();
         let surfaces = self.bounds().map_or(0.0, |(low, high)| low.abs().max(high.abs()).max_element());
         let camera = self.placed.camera.origin;
         self.extent = camera.abs().max_element().max(surfaces);
-        // What has no bounds is as far from the camera as φ says, at least.
+        // An unbounded surface is at least as far from the camera as φ implies.
         for shape in self.placed.implicits.iter().filter(|shape| shape.bounds().is_none()) {
             let reach = camera.abs().max_element() + shape.value(camera).abs() / shape.slope_bound();
             self.extent = self.extent.max(reach);
         }
     }
 
-    /// What the scene is made of.
+    /// The scene's description.
     #[must_use]
     pub fn description(&self) -> &Description {
         &self.description
     }
 
-    /// The index of the shape with this name.
+    /// Index of the shape with this name.
     #[must_use]
     pub fn shape(&self, id: &str) -> Option<usize> {
         self.description.shapes.iter().position(|s| s.id == id)
     }
 
-    /// The index of the implicit surface with this name, among implicit surfaces.
+    /// Index of the implicit surface with this name, among implicit surfaces.
     #[must_use]
     pub fn implicit(&self, id: &str) -> Option<usize> {
         self.description.implicits.iter().position(|s| s.id == id)
     }
 
-    /// The index of the material with this name.
+    /// Index of the material with this name.
     #[must_use]
     pub fn material(&self, id: &str) -> Option<usize> {
         self.description.materials.iter().position(|m| m.id == id)
     }
 
-    /// Where a shape's positions are among those of all shapes.
+    /// Range of a shape's positions among those of all shapes.
     #[must_use]
     pub fn position_range(&self, shape: usize) -> std::ops::Range<usize> {
         self.first_position[shape] as usize..self.first_position[shape + 1] as usize
@@ -182,60 +182,59 @@ impl Scene {
         self.tables().corners(triangle)
     }
 
-    /// Lower and upper corner of the box around all surfaces that have bounds, if there are any.
+    /// Lower and upper corner of the bounding box of all bounded surfaces, if there are any.
     pub(crate) fn bounds(&self) -> Option<(DVec3, DVec3)> {
         let meshes = (!self.triangles.is_empty()).then(|| self.accelerator.bounds());
         let all = meshes.into_iter().chain(self.implicit_bounds.iter().copied().flatten());
         all.reduce(|(low, high), (a, b)| (low.min(a), high.max(b)))
     }
 
-    /// The camera, in the scene's own coordinates.
+    /// The camera, in internal coordinates.
     #[inline]
     pub(crate) fn camera(&self) -> &Camera {
         &self.placed.camera
     }
 
-    /// All implicit surfaces, in the scene's own coordinates.
+    /// All implicit surfaces, in internal coordinates.
     #[inline]
     pub(crate) fn implicits(&self) -> &[ImplicitShape] {
         &self.placed.implicits
     }
 
-    /// All lights without a surface, in the scene's own coordinates.
+    /// All lights without a surface, in internal coordinates.
     #[inline]
     pub(crate) fn lights(&self) -> &[Light] {
         &self.placed.lights
     }
 
-    /// Where the origin of the scene's own coordinates is.
+    /// Origin of the internal coordinates.
     #[inline]
     pub(crate) fn offset(&self) -> DVec3 {
         self.placed.offset
     }
 
-    /// A place in the coordinates of the description.
+    /// A position in the coordinates of the description.
     pub(super) fn given(&self, at: DVec3) -> DVec3 {
         at + self.offset()
     }
 
-    /// Where the triangles are.
+    /// Position and index tables of the triangles.
     #[inline]
     pub(crate) fn tables(&self) -> Tables<'_> {
         Tables { positions: &self.positions, triangles: &self.triangles, origin: -self.offset() }
     }
 
-    /// The smallest radius of curvature around a triangle; infinite where the surface is flat.
+    /// Smallest radius of curvature around a triangle; infinite if the surface is flat.
     pub(crate) fn radius(&self, triangle: u32) -> f64 {
         self.adjacency.radius(self.tables(), triangle)
     }
 
-    /// The value of a type, which must follow from the positions, topology, normals and kinds of edges of meshes alone. A gradient by a pilot,
-    /// views of one scene, and runs of a given time ask several times: the edges of 81,920 triangles take 0.1 s.
+    /// A cached value, which must depend only on positions, topology, normals and edge kinds of the meshes.
     pub(crate) fn derived<T: Any + Send + Sync>(&self, make: impl FnOnce(&Self) -> T) -> Arc<T> {
         self.derived.get(|| make(self))
     }
 
-    /// The curves along which surfaces pass through one another.
+    /// The curves along which surfaces cross.
     pub(crate) fn crossings(&self) -> &Crossings {
         self.crossings.get_or_init(|| Crossings::build(self.tables(), &self.adjacency, &self.accelerator))
     }
@@ -244,7 +243,7 @@ impl Scene {
         self.first_normal[shape] as usize..self.first_normal[shape + 1] as usize
     }
 
-    /// How many columns and rows an image has.
+    /// Columns and rows of an image.
     #[must_use]
     pub fn size(&self) -> (usize, usize) {
         let film = &self.description.film;

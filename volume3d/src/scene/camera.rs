@@ -5,7 +5,7 @@ use glam::{DQuat, DVec2, DVec3};
 /// A camera with an orthonormal frame: a pinhole, or a thin lens.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
-    /// Where the pinhole is, or the middle of the lens.
+    /// Position of the pinhole, or of the lens centre.
     pub origin: DVec3,
     /// Unit vector to the right of the image.
     pub right: DVec3,
@@ -13,42 +13,43 @@ pub struct Camera {
     pub up: DVec3,
     /// Unit vector into the scene.
     pub forward: DVec3,
-    /// The field of view of the whole film's width, radians, in (0, π), as if the axis met its middle: f_x = (W/2)/tan(fov/2) pixels.
+    /// Horizontal field of view of the whole film, radians, in (0, π), for a centred principal point:
+    /// f_x = (W/2)/tan(fov/2) pixels.
     pub field_of_view: f64,
-    /// Where the axis meets the film, from its middle, in parts of its width and height, x to the right and y down. 0 unless pictures were cut, or a lens
-    /// was measured.
+    /// Principal point relative to the centre of the film, in units of its width and height, x to the right
+    /// and y down. Nonzero for cropped pictures or calibrated lenses.
     pub principal_point: DVec2,
-    /// f_y/f_x, positive: by how many more pixels the same angle is shown along columns than along rows. 1 for square pixels.
+    /// Ratio of focal lengths f_y/f_x, positive; 1 for square pixels.
     pub pixel_aspect: f64,
-    /// The lens; nothing for a pinhole, before which all is sharp.
+    /// The lens; `None` for a pinhole, with infinite depth of field.
     pub lens: Option<Lens>,
-    /// How far before [`origin`](Self::origin) the sensor is, if this is an orthographic sensor, for which a
-    /// camera far behind it stands: the camera turns about the sensor, and has no field of view that could
-    /// change. Nothing for a perspective camera.
+    /// Distance from [`origin`](Self::origin) to the sensor for an orthographic sensor, which is modelled by
+    /// a distant perspective camera: the camera rotates about the sensor and has no field of view. `None` for
+    /// a perspective camera.
     pub orthographic: Option<f64>,
 }
 
-/// A thin lens: an ideal one, a disc across the camera's axis.
+/// A thin lens: a disc orthogonal to the camera's axis.
 ///
-/// The image is the mean of those of pinholes all over the disc, uniform by area, whose image planes are shifted so that
-/// they agree at the distance in focus: a film point sees one point there through all of them. What is at a depth z
-/// spreads over a disc on the film, the circle of confusion, whose radius is f·radius·|1/z − 1/focus_distance| pixels, with f
-/// the focal length in pixels.
+/// The image is the mean over pinholes distributed uniformly over the disc, whose image planes are shifted to
+/// agree at the focus distance: all of them see the same point there at a given film point. A point at depth
+/// z spreads over the circle of confusion, of radius f·radius·|1/z − 1/focus_distance| pixels, with f the
+/// focal length in pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lens {
-    /// The radius of the disc, in the scene's units, positive.
+    /// Radius of the disc, scene units, positive.
     pub radius: f64,
-    /// How deep, along the camera's axis, is what is sharp; positive.
+    /// Depth of the plane in focus along the camera's axis; positive.
     pub focus_distance: f64,
 }
 
 impl Camera {
-    /// The same elsewhere.
+    /// The camera translated.
     pub(super) fn moved(&self, by: DVec3) -> Self {
         Self { origin: self.origin + by, ..self.clone() }
     }
 
-    /// A camera at `origin` that looks at `target`, with the horizontal field of view in radians.
+    /// A camera at `origin` that looks at `target`, with a horizontal field of view in radians.
     #[must_use]
     pub fn look_at(origin: DVec3, target: DVec3, up: DVec3, field_of_view: f64) -> Self {
         let forward = (target - origin).normalize_or(DVec3::NEG_Z);
@@ -67,13 +68,13 @@ impl Camera {
         }
     }
 
-    /// What the camera turns about: its origin, or the middle of an orthographic sensor.
+    /// Centre of rotation: the origin, or the centre of an orthographic sensor.
     #[must_use]
     pub fn pivot(&self) -> DVec3 {
         self.origin + self.orthographic.unwrap_or(0.0) * self.forward
     }
 
-    /// The same turned about its pivot.
+    /// The camera rotated about its pivot.
     #[must_use]
     pub fn turned(&self, turn: DQuat) -> Self {
         let [right, up, forward] = [self.right, self.up, self.forward].map(|axis| turn * axis);
@@ -85,14 +86,14 @@ impl Camera {
     }
 }
 
-/// The reconstruction filter h of a pixel, a function of the distance to its centre in pixels along each
-/// axis, with ∫∫ h = 1.
+/// Reconstruction filter h of a pixel, a product of functions of the distance to its centre in pixels along
+/// each axis, with ∫∫ h = 1.
 ///
-/// Samples fall evenly on the film and count with the weight h, below 0 where h is: the image and its
-/// derivatives stay unbiased. What a filter does to their noise goes by (∫h²)² for the image, and by ∫h′²
-/// ∫h² for the part of the area in derivatives: a tent of radius 1 has 0.44 and 1.33, the Gaussian of
-/// deviation ½ 0.32 and 0.64, Mitchell's and Netravali's filter (B = C = ⅓) 0.46 and 1.11, Catmull's and
-/// Rom's 0.66 and 1.90, and Lanczos's of three lobes 0.80 and 2.27.
+/// Samples are distributed uniformly on the film and weighted by h, also where it is negative: the image and
+/// its derivatives stay unbiased. The effect of a filter on noise is (∫h²)² for the image, and ∫h′² ∫h² for
+/// the area term of derivatives: 0.44 and 1.33 for a tent of radius 1, 0.32 and 0.64 for a Gaussian of
+/// deviation ½, 0.46 and 1.11 for Mitchell–Netravali (B = C = ⅓), 0.66 and 1.90 for Catmull–Rom, and 0.80 and
+/// 2.27 for Lanczos with three lobes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Filter {
     /// 1 within the pixel.
@@ -102,18 +103,17 @@ pub enum Filter {
         /// r.
         radius: f64,
     },
-    /// e^{−x²/2σ²} cut off and shifted to 0 at 4σ, as in Mitsuba 3.
+    /// e^{−x²/2σ²}, truncated and shifted to 0 at 4σ, as in Mitsuba 3.
     Gaussian {
         /// σ.
         deviation: f64,
     },
-    /// The cubic splines of Mitchell and Netravali (1988), of radius 2: in three pieces, negative beyond 1.
-    /// With B = 0 and C = ½ it is that of Catmull and Rom, which goes through the values at pixels'
-    /// centres.
+    /// The cubic splines of Mitchell and Netravali (1988), of radius 2, negative beyond 1. B = 0 and C = ½ is
+    /// the interpolating Catmull–Rom spline.
     Cubic {
-        /// B: how much is blurred.
+        /// B: amount of blur.
         b: f64,
-        /// C: how much edges ring.
+        /// C: amount of ringing.
         c: f64,
     },
     /// sinc(x) sinc(x/a)/I of radius a, with its integral I, negative in every second lobe.
@@ -124,7 +124,7 @@ pub enum Filter {
 }
 
 impl Filter {
-    /// How far from a pixel's centre it is 0 along each axis.
+    /// Distance from the pixel's centre beyond which it is 0 along each axis.
     #[must_use]
     pub fn radius(&self) -> f64 {
         match *self {
@@ -137,7 +137,7 @@ impl Filter {
     }
 }
 
-/// Mitsuba 3 cuts its Gaussian off at this many standard deviations.
+/// Standard deviations at which Mitsuba 3 truncates its Gaussian.
 pub(crate) const GAUSSIAN_CUT: f64 = 4.0;
 
 /// Part of a film, in pixels from its top left corner.
@@ -155,16 +155,16 @@ pub struct Crop {
 
 /// A film.
 ///
-/// The image plane goes on beyond the film's border: a filter that reaches over the border sees what is there
-/// (Mitsuba's `sample_border`), so that no pixel is special.
+/// The image plane continues beyond the film's border: a filter that extends over the border includes what is
+/// there (Mitsuba's `sample_border`), so that all pixels are treated alike.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Film {
     /// Columns of the whole film.
     pub width: usize,
     /// Rows of the whole film.
     pub height: usize,
-    /// The part that is rendered, if not the whole.
+    /// The part that is rendered, if not the whole film.
     pub crop: Option<Crop>,
-    /// The filter of every pixel.
+    /// The pixel filter.
     pub filter: Filter,
 }

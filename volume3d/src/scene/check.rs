@@ -1,4 +1,4 @@
-//! What a description must fulfil.
+//! Validation of scene descriptions.
 
 use std::collections::HashSet;
 
@@ -55,7 +55,7 @@ fn material_of<'m>(id: &str, index: usize, materials: &'m [Material]) -> Result<
     materials.get(index).ok_or_else(|| SceneError::Missing { id: id.to_owned(), what, index, count })
 }
 
-/// That no map has carried positions out of the numbers.
+/// Checks that transforms have kept positions finite.
 pub(super) fn mesh(id: &str, mesh: &Mesh) -> Result<(), SceneError> {
     match mesh.positions().iter().position(|p| !p.is_finite()) {
         None => Ok(()),
@@ -66,7 +66,7 @@ pub(super) fn mesh(id: &str, mesh: &Mesh) -> Result<(), SceneError> {
     }
 }
 
-/// That a textured surface has texture coordinates.
+/// Checks that a textured surface has texture coordinates.
 pub(super) fn coordinates(id: &str, mesh: &Mesh, textured: bool) -> Result<(), SceneError> {
     if textured && mesh.uvs().is_none() {
         return Err(SceneError::NoCoordinates { id: id.to_owned() });
@@ -74,7 +74,7 @@ pub(super) fn coordinates(id: &str, mesh: &Mesh, textured: bool) -> Result<(), S
     Ok(())
 }
 
-/// That an implicit surface stands somewhere, and has a material without a texture.
+/// Checks the placement of an implicit surface, and that its material has no texture.
 pub(super) fn implicit(shape: &ImplicitShape, materials: &[Material]) -> Result<(), SceneError> {
     let Placement { scale, rotation, translation } = shape.placement;
     let range = |what, value, range| Err(SceneError::Range { id: shape.id.clone(), what, value, range });
@@ -93,7 +93,7 @@ pub(super) fn implicit(shape: &ImplicitShape, materials: &[Material]) -> Result<
     on_implicit(shape, material, materials)
 }
 
-/// That the materials to which one refers stand before it, and can be what they are to it.
+/// Checks that the materials to which one refers come before it, and are admissible there.
 pub(super) fn parts_of(index: usize, material: &Material, materials: &[Material]) -> Result<(), SceneError> {
     let id = &material.id;
     if let Some(other) = material.others().find(|&other| other >= index) {
@@ -118,8 +118,8 @@ pub(super) fn parts_of(index: usize, material: &Material, materials: &[Material]
     Err(blended(other))
 }
 
-/// That a material is one that implicit surfaces may have: they have no texture coordinates, and rays are traced at them from
-/// without.
+/// Checks that a material is admissible for implicit surfaces, which have no texture coordinates and are
+/// traced from outside only.
 pub(super) fn on_implicit(
     shape: &ImplicitShape,
     material: &Material,
@@ -135,14 +135,14 @@ pub(super) fn on_implicit(
     Ok(())
 }
 
-/// That the camera is outside of an implicit surface, with all of its lens.
+/// Checks that the camera, with its whole lens, is outside an implicit surface.
 pub(super) fn outside(shape: &ImplicitShape, camera: &Camera) -> Result<(), SceneError> {
     let value = shape.jet(camera.origin).value;
     let least = camera.lens.map_or(0.0, |lens| lens.radius * shape.slope_bound());
     if value > least { Ok(()) } else { Err(SceneError::Inside { id: shape.id.clone(), value, least }) }
 }
 
-/// That indices count everything.
+/// Checks that counts fit into indices.
 pub(super) fn count(shapes: &[Shape]) -> Result<(), SceneError> {
     let sum = |of: fn(&Mesh) -> usize| shapes.iter().map(|s| of(&s.mesh)).sum::<usize>();
     let normals = |mesh: &Mesh| match mesh.normals() {
@@ -162,7 +162,7 @@ pub(super) fn count(shapes: &[Shape]) -> Result<(), SceneError> {
     }
 }
 
-/// That a new name, if it is one, is not that of another.
+/// Checks that a new name is not in use.
 pub(super) fn renamed<'a>(
     what: &'static str,
     old: &str,
@@ -188,7 +188,7 @@ pub(super) fn camera(camera: &Camera) -> Result<(), SceneError> {
         orthographic,
     } = camera;
     let frame = [*right, *up, *forward];
-    // A frame read from six digits of a file is orthonormal to about this.
+    // Frames read from six-digit files are orthonormal to about this precision.
     let tolerance = 1e-5;
     let orthonormal = (0..3)
         .all(|i| (0..3).all(|j| (frame[i].dot(frame[j]) - if i == j { 1.0 } else { 0.0 }).abs() < tolerance));
@@ -264,7 +264,7 @@ pub(super) fn material(material: &Material, textures: usize) -> Result<(), Scene
     }
     material.textures().try_for_each(|index| check_index(id, index, textures))?;
     if let Some(alpha) = material.bsdf.roughness() {
-        // Below, the lobe is narrower than directions can be told apart.
+        // Below, the lobe is narrower than the resolution of directions.
         range((1e-4..=1.0).contains(&alpha), id, "the roughness", alpha, "in [1e-4, 1]")?;
     }
     let rough = material.bsdf.facets().is_some() && !matches!(material.bsdf, Bsdf::Plastic(_));
@@ -296,7 +296,7 @@ pub(super) fn material(material: &Material, textures: usize) -> Result<(), Scene
             material.bsdf,
             Bsdf::Dielectric(Dielectric { facets: None, .. }) | Bsdf::ThinDielectric(_)
         );
-        // Facets refract no direction into itself.
+        // Facets do not refract a direction into itself.
         range(eta != 1.0 || smooth, id, "the relative index of refraction", eta, "other than 1")?;
     }
     let numbers = material.bsdf.values().into_iter();

@@ -1,4 +1,4 @@
-//! What media must fulfil, and those who refer to them.
+//! Validation of media and of references to them.
 
 use super::check::{not_negative, range, unique};
 use super::{Description, Medium, SceneError};

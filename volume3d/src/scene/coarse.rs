@@ -1,25 +1,25 @@
-//! Meshes whose coordinates are rounded so coarsely that their shape is lost.
+//! Detection of meshes whose coordinates are so coarsely rounded that their shape is lost.
 
 use super::adjacency::FLAT;
 use super::{Description, Scene};
 
-/// A mesh of which rounding of coordinates makes another: they are so large, or its edges so short.
+/// A mesh whose shape is changed by rounding: coordinates too large or edges too short.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CoarseMesh {
-    /// The shape, by its index.
+    /// Index of the shape.
     pub shape: usize,
-    /// Its largest coordinate.
+    /// Largest coordinate.
     pub coordinate: f64,
-    /// How far numbers of that size are apart in double precision.
+    /// Spacing of double-precision numbers of that size.
     pub spacing: f64,
-    /// The median length of its edges.
+    /// Median length of its edges.
     pub edge: f64,
 }
 
 impl Scene {
-    /// The meshes whose coordinates are farther apart, as numbers of double precision, than 10⁻⁵ of their
-    /// median edge: rounding turns their faces by more than what is taken for flat, and gradients are those
-    /// of what it has made of them.
+    /// Meshes with coordinates spaced, in double precision, by more than 10⁻⁵ of the median edge: rounding
+    /// rotates their faces by more than the tolerance for coplanarity, and gradients are those of the rounded
+    /// shapes.
     #[must_use]
     pub fn coarse_meshes(&self) -> Vec<CoarseMesh> {
         let Description { shapes, .. } = self.description();

@@ -1,21 +1,18 @@
-//! The curves along which surfaces pass through one another (Theory 9).
+//! Crossings: the curves along which surfaces pass through one another (Theory 9).
 //!
-//! What is seen jumps there as it does at an edge, and no edge of a triangle tells where. Every pair of
-//! triangles that pass through one another has a segment of the line in which their planes meet. With unit
-//! normals n₁, n₂, ñ_i the vectors of their plane for which ñ_i·n_j = δ_ij, and e along the line, a point of
-//! it has the velocity
+//! Radiance is discontinuous there as at an edge, but no mesh edge marks the place. Every pair of crossing
+//! triangles has a segment of the line in which their planes meet. With unit normals n₁, n₂, ñ_i the vectors
+//! in their plane for which ñ_i·n_j = δ_ij, and e along the line, a point of it has the velocity
 //!
 //! > a = Σ_i (ñ_i n_iᵀ + ½ e eᵀ) Σ_k b_ik ẋ_ik,
 //!
 //! linear in the velocities of the six corners with barycentric coordinates b_ik, which are affine along the
-//! segment: so is a. It stays in both planes, and along the line it is the mean of both materials'. Where
-//! planes are nearly parallel a is large, as the true velocity is; it does not depend on how the edges of the
-//! triangles lie.
+//! segment, and so is a. It stays in both planes, and along the line it is the mean of both materials'
+//! velocities. For nearly parallel planes a is large, as is the true velocity; it does not depend on the
+//! position of the triangles' edges.
 //!
-//! The search is the hierarchy's query against itself, made when something first asks, and again after vertices have moved. Measured on 2 cores
-//! (`cargo bench -p volume3d --bench crossing`): 0.04 s for a sphere of 81,920 triangles and 0.62 s for one of 1.3 million,
-//! which do not cross; 0.08 s for two crossing spheres of 163,840. It keeps the segments and nothing else: the peak memory
-//! of `volume3d info` is that of loading the meshes, 76 MB for 163,840 triangles and 1.4 GB for 2.6 million.
+//! Crossings are found by a query of the hierarchy against itself, on demand and again after vertices have
+//! moved; only the segments are stored.
 
 use flatland::calculus::{Number, Vec3};
 use glam::DVec3;
@@ -26,7 +23,7 @@ use super::face_contact::FaceContact;
 use super::triangle::{Tables, Triangle, barycentric};
 use crate::geometry::{Accelerator, End, Meeting, in_contact, meeting, parts, within};
 
-/// A segment along which two triangles pass through one another.
+/// A segment along which two triangles cross.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Crossing {
     pub(crate) triangles: [u32; 2],
@@ -38,8 +35,8 @@ pub(crate) struct Crossing {
     duals: [DVec3; 2],
     /// e.
     along: DVec3,
-    /// The triangle that continues the first one, if the crossing is the edge between them: of which one is before the
-    /// second triangle and one behind it.
+    /// The triangle that continues the first one, if the crossing is their common edge: one of them is in
+    /// front of the second triangle and one behind it.
     pub(crate) continued: Option<u32>,
 }
 
@@ -47,16 +44,16 @@ pub(crate) struct Crossing {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Crossings {
     all: Vec<Crossing>,
-    /// The crossings of each triangle: those from `first[t]` to `first[t + 1]`; empty if there are no crossings.
+    /// Crossings of each triangle: those from `first[t]` to `first[t + 1]`; empty if there are none.
     first: Vec<u32>,
     of_triangle: Vec<u32>,
-    /// Pairs of triangles that cover parts of one plane.
+    /// Pairs of coplanar triangles that overlap.
     overlaps: Vec<[u32; 2]>,
     contacts: Vec<EdgeContact>,
     standing: Vec<FaceContact>,
 }
 
-/// What a pair of triangles gives.
+/// Relation of a pair of triangles.
 #[expect(clippy::large_enum_variant, reason = "nearly all are crossings, and they live briefly")]
 enum Found {
     Crossing(Crossing),
@@ -66,7 +63,7 @@ enum Found {
 }
 
 impl Crossings {
-    /// By a query of the hierarchy with itself.
+    /// Builds all crossings by a query of the hierarchy against itself.
     pub(super) fn build(tables: Tables<'_>, adjacency: &Adjacency, accelerator: &Accelerator) -> Self {
         let corners: Vec<[u32; 3]> = tables.triangles.iter().map(|t| t.positions).collect();
         let mut found = accelerator.each_pair(tables.positions, &corners, tables.origin, |s, t, found| {
@@ -115,17 +112,17 @@ impl Crossings {
         &self.all
     }
 
-    /// Pairs of triangles that cover parts of one plane.
+    /// Pairs of coplanar triangles that overlap.
     pub(crate) fn overlaps(&self) -> &[[u32; 2]] {
         &self.overlaps
     }
 
-    /// Edges that lie upon one another.
+    /// Edges that coincide along a stretch.
     pub(super) fn contacts(&self) -> &[EdgeContact] {
         &self.contacts
     }
 
-    /// Edges that lie upon faces.
+    /// Edges that lie on faces.
     pub(super) fn standing(&self) -> &[FaceContact] {
         &self.standing
     }
@@ -134,7 +131,7 @@ impl Crossings {
         &self.all[index as usize]
     }
 
-    /// The crossings of a triangle, by their indices.
+    /// Indices of a triangle's crossings.
     pub(crate) fn of(&self, triangle: u32) -> &[u32] {
         match self.first.get(triangle as usize..triangle as usize + 2) {
             Some([from, to]) => &self.of_triangle[*from as usize..*to as usize],
@@ -148,12 +145,12 @@ impl Found {
         let pair = [s, t];
         let corners = pair.map(|t| tables.corners(t));
         if shares_edge(pair.map(|t| &tables.triangles[t as usize])) {
-            // Neighbours meet in their edge, unless one lies upon the other.
+            // Neighbours meet in their edge, unless one overlaps the other.
             return (is_folded(&corners) && meeting(&corners) == Meeting::Overlap)
                 .then_some(Self::Overlap(pair));
         }
-        // Two shapes that were put together are in one plane to the rounding of what moved them there. What that rounding makes
-        // of their meeting is noise.
+        // Two adjoining shapes are coplanar up to the rounding of their transforms. How this rounding makes
+        // them intersect is noise.
         let [own, other] = pair.map(|t| tables.triangles[t as usize].shape);
         if own != other && in_contact(&corners, tables.origin) {
             return Some(Self::Overlap(pair));
@@ -174,16 +171,16 @@ fn shares_edge([s, t]: [&Triangle; 2]) -> bool {
     s.positions.iter().filter(|i| t.positions.contains(i)).count() >= 2
 }
 
-/// Whether neighbours may lie in one plane.
+/// Whether neighbours may be coplanar with one folded onto the other.
 fn is_folded(corners: &[[DVec3; 3]; 2]) -> bool {
     let [m, n] = corners.map(|[a, b, c]| (b - a).cross(c - a).normalize_or_zero());
     m.cross(n).length() < 1e-6
 }
 
-/// An edge of one triangle lies in the other: surfaces pass through one another there if what continues the
-/// first one beyond its edge is on the other side. Either of the two finds it, and the lower one tells. Both
-/// questions are decided exactly: a neighbour with corners of the other triangle ends in its border, and
-/// rounding must not carry it over.
+/// Whether surfaces cross along an edge of one triangle that lies in the other: the triangle that continues
+/// the first one beyond its edge must be on the other side. Either of the two finds the crossing, and the one
+/// with the lower index reports it. Both tests are exact: a neighbour with corners on the other triangle ends
+/// in its border, and rounding must not carry it over.
 fn passes_along(
     (other, beyond): (u32, [DVec3; 3]),
     pair: [u32; 2],
@@ -206,7 +203,7 @@ fn passes_along(
 }
 
 impl Crossing {
-    /// Nothing if the planes cannot be told apart, or the ends.
+    /// `None` if the planes, or the ends, coincide up to rounding.
     fn new(
         triangles: [u32; 2],
         corners: &[[DVec3; 3]; 2],
@@ -237,19 +234,19 @@ impl Crossing {
         good.then_some(Self { triangles, places, weights, normals, duals, along, continued })
     }
 
-    /// The shapes of both triangles, the lower first.
+    /// Shapes of both triangles, the lower first.
     pub(crate) fn shapes(&self, triangles: &[Triangle]) -> [u32; 2] {
         let [s, t] = self.triangles.map(|t| triangles[t as usize].shape);
         [s.min(t), s.max(t)]
     }
 
-    /// Barycentric coordinates in one of the triangles at a part of the way from the first end to the second.
+    /// Barycentric coordinates in one of the triangles at a position along the segment.
     fn weights(&self, which: usize, along: f64) -> [f64; 3] {
         let [a, b] = self.weights.map(|end| end[which]);
         std::array::from_fn(|k| (1.0 - along) * a[k] + along * b[k])
     }
 
-    /// The velocity of one of its points, from those of all positions.
+    /// Velocity of one of its points, from those of all positions.
     pub(crate) fn velocity(&self, triangles: &[Triangle], along: f64, velocities: &[DVec3]) -> DVec3 {
         let mut sum = DVec3::ZERO;
         for which in 0..2 {
@@ -262,7 +259,7 @@ impl Crossing {
         sum
     }
 
-    /// The transpose: what a covector of that velocity gives to each position's.
+    /// Transpose of [`velocity`](Self::velocity): hands each position its part of a covector.
     pub(crate) fn scatter(
         &self,
         triangles: &[Triangle],
@@ -281,7 +278,7 @@ impl Crossing {
         }
     }
 
-    /// One of its points, with the derivative that its velocity is.
+    /// One of its points, whose derivative is the velocity.
     pub(super) fn point<T: Number>(
         &self,
         tables: Tables<'_>,

@@ -1,4 +1,4 @@
-//! Which shapes pass through one another, cover one another, or have edges upon one another.
+//! Queries for shapes that cross, overlap, or touch in edges.
 
 use std::collections::BTreeMap;
 
@@ -8,30 +8,30 @@ use super::Scene;
 use super::edge_contact::SAME;
 use super::triangle::barycentric;
 
-/// Two shapes, or one with itself, that pass through one another.
+/// Two shapes, or one with itself, that cross.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CrossingCount {
-    /// The shapes, by their indices.
+    /// Indices of the shapes.
     pub shapes: [usize; 2],
-    /// In how many segments, each of one pair of triangles.
+    /// Number of segments, each of one pair of triangles.
     pub segments: usize,
 }
 
-/// Two shapes, or one with itself, of which triangles cover parts of one plane, or have edges that lie upon one another.
-/// Which of them is seen there is for rounding to decide, and how the image changes as they part has no answer.
+/// Two shapes, or one with itself, with overlapping coplanar triangles or coincident edges. Which of them is
+/// visible there depends on rounding, and the derivative by a motion that separates them is undefined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Overlap {
-    /// The shapes, by their indices.
+    /// Indices of the shapes.
     pub shapes: [usize; 2],
-    /// How many pairs of triangles.
+    /// Number of pairs of triangles.
     pub pairs: usize,
     /// One pair, by indices among the triangles of each shape.
     pub example: [usize; 2],
 }
 
 impl Scene {
-    /// The pairs of shapes that pass through one another, and in how many segments. Their curves are followed like edges;
-    /// the first call looks for them, as the first geometric gradient does.
+    /// Pairs of shapes that cross, with the number of segments. Their curves are followed like edges; they
+    /// are found on the first call, as on the first geometric gradient.
     #[must_use]
     pub fn crossing_shapes(&self) -> Vec<CrossingCount> {
         let mut counts = BTreeMap::<[u32; 2], usize>::new();
@@ -45,14 +45,14 @@ impl Scene {
         counts.into_iter().map(count).collect()
     }
 
-    /// The pairs of shapes of which triangles cover parts of one plane.
+    /// Pairs of shapes with overlapping coplanar triangles.
     #[must_use]
     pub fn overlapping_shapes(&self) -> Vec<Overlap> {
         self.overlaps(|_| true)
     }
 
-    /// Those that a motion of positions parts, or turns out of their common plane: what is seen there is for rounding to
-    /// decide, before and after, and no derivative exists.
+    /// Overlapping pairs that a motion of positions separates or rotates out of their common plane:
+    /// visibility there depends on rounding before and after, and no derivative exists.
     #[must_use]
     pub fn parted_shapes(&self, velocities: &[DVec3]) -> Vec<Overlap> {
         self.overlaps(|pair| {
@@ -70,30 +70,31 @@ impl Scene {
         })
     }
 
-    /// The pairs of shapes, or of parts of one, of which edges lie upon one another along a stretch without being one:
-    /// borders, folds and creases.
+    /// Pairs of shapes, or of parts of one, with edges (borders, folds or creases) that coincide along a
+    /// stretch without being the same edge.
     #[must_use]
     pub fn coinciding_edges(&self) -> Vec<Overlap> {
         self.by_shapes(self.crossings().contacts().iter().map(|c| c.triangles))
     }
 
-    /// Those that a motion of positions parts: what is seen there is one edge before and two afterwards, on one side of the
-    /// motion as on the other, and where both are seen no derivative exists. Edges that slide along themselves do not part.
+    /// Coincident edges that a motion of positions separates: one visible edge becomes two, for either sign
+    /// of the motion, and where both are visible no derivative exists. Edges that slide along themselves are
+    /// not separated.
     #[must_use]
     pub fn parted_edges(&self, velocities: &[DVec3]) -> Vec<Overlap> {
         let parted = self.crossings().contacts().iter().filter(|c| c.is_parted(self.tables(), velocities));
         self.by_shapes(parted.map(|c| c.triangles))
     }
 
-    /// The pairs of shapes, or of parts of one, of which an edge of one lies upon a face of the other.
+    /// Pairs of shapes, or of parts of one, with an edge of one on a face of the other.
     #[must_use]
     pub fn standing_shapes(&self) -> Vec<Overlap> {
         self.by_shapes(self.crossings().standing().iter().map(|c| c.triangles))
     }
 
-    /// Those that a motion of positions parts: a gap opens on one side of the motion, and on the other both
-    /// pass through one another. The two one-sided derivatives differ, and no other exists. Edges that slide
-    /// over a face do not part from it.
+    /// Edges on faces that a motion of positions lifts off: for one sign of the motion a gap opens, for the
+    /// other the surfaces cross. The two one-sided derivatives differ, and no derivative exists. Edges that
+    /// slide over a face are not lifted.
     #[must_use]
     pub fn lifted_edges(&self, velocities: &[DVec3]) -> Vec<Overlap> {
         let parted = self.crossings().standing().iter().filter(|c| c.is_parted(self.tables(), velocities));

@@ -1,23 +1,23 @@
-//! What gradients derive from a scene's geometry, made when it is first asked for and kept while geometry stays.
+//! Cache of data derived from a scene's geometry, computed on demand and kept until the geometry changes.
 
 use std::any::{Any, TypeId};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// One value of each type.
+/// One value per type.
 #[derive(Debug, Default)]
 pub(super) struct Derived(Mutex<HashMap<TypeId, Arc<dyn Any + Send + Sync>>>);
 
 impl Derived {
-    /// Forgets everything.
+    /// Clears the cache.
     pub(super) fn clear(&mut self) {
         *self = Self::default();
     }
 
-    /// The value of a type, made if there is none.
+    /// The value of a type, computed if absent.
     pub(super) fn get<T: Any + Send + Sync>(&self, make: impl FnOnce() -> T) -> Arc<T> {
         let kind = TypeId::of::<T>();
-        // A panic in the middle of an insertion cannot happen: nothing is made under the lock.
+        // No insertion can panic midway: nothing is computed under the lock.
         let known = |values: &HashMap<TypeId, Arc<dyn Any + Send + Sync>>| {
             values.get(&kind).and_then(|value| Arc::clone(value).downcast::<T>().ok())
         };
@@ -25,7 +25,7 @@ impl Derived {
         if let Some(value) = known(&lock()) {
             return value;
         }
-        // Not under the lock: what is made may use other threads, which may ask as well.
+        // Not under the lock: the computation may use other threads, which may access the cache as well.
         let made = Arc::new(make());
         let mut values = lock();
         known(&values).unwrap_or_else(|| {
@@ -45,7 +45,7 @@ mod tests {
     #[derive(Debug)]
     struct Corner(DVec3);
 
-    /// Made once, and anew when a vertex has moved or a topology changed.
+    /// Computed once, and again after a vertex moved or the topology changed.
     #[test]
     fn a_derived_value_follows_the_geometry() {
         let camera = Camera::look_at(DVec3::new(0.0, 3.0, 9.0), DVec3::ZERO, DVec3::Y, 0.9);

@@ -1,4 +1,4 @@
-//! What a scene is made of, before anything is checked or built.
+//! Scene descriptions, before validation.
 
 use flatland::sdf::Tracer;
 use glam::DVec3;
@@ -10,45 +10,46 @@ use super::{
 };
 use crate::geometry::Mesh;
 
-/// A mesh with a material, and perhaps a radiance.
+/// A mesh with a material and an optional radiance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shape {
-    /// Its name in messages and requests.
+    /// Name in messages and queries.
     pub id: String,
-    /// Its surface, in the world.
+    /// The surface, in world coordinates.
     pub mesh: Mesh,
-    /// Its material's index in the scene.
+    /// Index of its material in the scene.
     pub material: usize,
-    /// What its front emits, linear RGB, if anything.
+    /// Radiance emitted by the front, linear RGB, if any.
     pub radiance: Option<DVec3>,
-    /// A texture by which the radiance is multiplied, by its index in the scene; nothing is 1 everywhere.
+    /// Index of a texture that multiplies the radiance; `None` for 1 everywhere.
     pub radiance_texture: Option<usize>,
-    /// The media on its two sides. Nothing is a surface in the midst of one, whichever that is.
+    /// The media on its two sides; `None` for a surface surrounded by one medium.
     pub boundary: Option<Boundary>,
 }
 
 impl Shape {
-    /// Whether it looks up a texture, be it of its material or of what it emits.
+    /// Whether it uses a texture, of its material or its emission.
     pub(super) fn is_textured(&self, materials: &[Material]) -> bool {
         let looks_up = |index: usize| materials.get(index).is_some_and(|m| m.textures().next().is_some());
         self.radiance_texture.is_some() || parts(materials, self.material).into_iter().any(looks_up)
     }
 }
 
-/// How rays are traced at implicit surfaces where nothing else is asked for: full steps, a tolerance of 10⁻⁷ radians, at
-/// most 2,000 steps. As V jumps a little where a ray gets one more point, the default warp field of a box with rounded edges is off in the light that
-/// a surface receives: by 1.0 ± 0.3 % with 10⁻⁶, by 0.6 ± 0.2 % with 10⁻⁷ and by 0.2 ± 0.3 % with 10⁻⁸. On films, and of other shapes, no bias of 0.5 %
-/// was seen (figure 18); see [`fields`](flatland::sdf::fields). What is hit does not depend on the tolerance, which is of t or of the
-/// surface's size if that is less: roots are looked for from there on.
+/// Default tracer of implicit surfaces: full steps, tolerance 10⁻⁷ radians, at most 2,000 steps. As V has a
+/// small discontinuity where a ray gains a point, the default warp field is biased in the light received by a
+/// surface: for a box with rounded edges by 1.0 ± 0.3 % with 10⁻⁶, 0.6 ± 0.2 % with 10⁻⁷ and 0.2 ± 0.3 % with
+/// 10⁻⁸. On films, and for other shapes, no bias of 0.5 % was observed (figure 18); see
+/// [`fields`](flatland::sdf::fields). Hits do not depend on the tolerance, which is relative to t or to the
+/// surface's size, whichever is less: root finding starts from there.
 pub const SPHERE_TRACING: Tracer = Tracer { step_scale: 1.0, tolerance: 1e-7, max_steps: 2000, far: 1e3 };
 
-/// How far light is followed.
+/// Length of light paths.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Integrator {
-    /// The number of segments of the longest path: 1 is what emits and is seen directly, 2 is direct light.
-    /// `None` is no limit.
+    /// Number of segments of the longest path: 1 is directly visible emission, 2 direct light. `None` for no
+    /// limit.
     pub max_depth: Option<usize>,
-    /// The segment from which on Russian roulette may end a path.
+    /// Segment from which Russian roulette is applied.
     pub rr_depth: usize,
 }
 
@@ -58,38 +59,39 @@ impl Default for Integrator {
     }
 }
 
-/// Everything a scene is made of. [`Scene::new`](super::Scene::new) checks it and builds what rendering needs.
+/// Everything that defines a scene. [`Scene::new`](super::Scene::new) validates it and builds what rendering
+/// needs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Description {
-    /// Who looks.
+    /// The camera.
     pub camera: Camera,
-    /// Where the image arises.
+    /// The film.
     pub film: Film,
-    /// How far light is followed.
+    /// Length of light paths.
     pub integrator: Integrator,
-    /// Whether the camera sees nothing that emits: its rays pass shapes that do, and find black where they leave the scene. All
-    /// else is lit as ever.
+    /// Whether emitters are invisible to the camera: its rays pass emitting shapes, and are black if they
+    /// leave the scene. Illumination is unchanged.
     pub hide_emitters: bool,
-    /// Samples per pixel, where the one who renders does not say.
+    /// Default number of samples per pixel.
     pub samples: usize,
     /// Images that materials and the environment refer to by index.
     pub textures: Vec<Texture>,
     /// Materials that shapes refer to by index.
     pub materials: Vec<Material>,
-    /// Media that shapes and the camera refer to by index.
+    /// Media that shapes and camera refer to by index.
     pub media: Vec<Medium>,
-    /// The medium in which the camera stands, by its index; nothing is empty space.
+    /// Index of the medium around the camera; `None` for empty space.
     pub camera_medium: Option<usize>,
     /// All meshes.
     pub shapes: Vec<Shape>,
     /// All implicit surfaces.
     pub implicits: Vec<ImplicitShape>,
-    /// How rays are traced at implicit surfaces, [`SPHERE_TRACING`] unless told. Its far limit is for those of which no
-    /// bounds are known.
+    /// Tracer of implicit surfaces, by default [`SPHERE_TRACING`]. Its far limit applies to unbounded
+    /// surfaces.
     pub tracer: Tracer,
     /// All lights without a surface.
     pub lights: Vec<Light>,
-    /// What is seen where a ray leaves the scene; black if nothing is given.
+    /// Radiance of rays that leave the scene; black if `None`.
     pub environment: Option<Environment>,
 }
 
@@ -115,13 +117,13 @@ impl Description {
         }
     }
 
-    /// A material and those it is mixed with or has on its back, by their indices.
+    /// Indices of a material and of those it is mixed with or has on its back.
     #[must_use]
     pub fn parts_of_material(&self, index: usize) -> Vec<usize> {
         parts(&self.materials, index)
     }
 
-    /// What each shape needs texture coordinates for.
+    /// Use of texture coordinates by each shape.
     pub(super) fn coordinates(&self) -> Vec<Coordinates> {
         let of = |shape: &Shape| {
             let emits =
@@ -144,21 +146,21 @@ impl Description {
         self.textures.len() - 1
     }
 
-    /// Adds a shape that does not emit and returns its index.
+    /// Adds a shape that does not emit, and returns its index.
     pub fn add_shape(&mut self, id: &str, mesh: Mesh, material: usize) -> usize {
         let (id, radiance, radiance_texture, boundary) = (id.to_owned(), None, None, None);
         self.shapes.push(Shape { id, mesh, material, radiance, radiance_texture, boundary });
         self.shapes.len() - 1
     }
 
-    /// Adds an implicit surface where it stands already, and returns its index among implicit surfaces.
+    /// Adds an implicit surface with identity placement, and returns its index among implicit surfaces.
     pub fn add_implicit(&mut self, id: &str, surface: impl Implicit, material: usize) -> usize {
         let (id, surface) = (id.to_owned(), ImplicitSurface::new(surface));
         self.implicits.push(ImplicitShape { id, surface, placement: Placement::default(), material });
         self.implicits.len() - 1
     }
 
-    /// Adds a shape whose front emits and that reflects nothing, and returns its index.
+    /// Adds a black shape whose front emits, and returns its index.
     pub fn add_emitter(&mut self, id: &str, mesh: Mesh, radiance: DVec3) -> usize {
         let material = self.add_material(Material::diffuse(id, DVec3::ZERO));
         let (id, radiance) = (id.to_owned(), Some(radiance));

@@ -1,6 +1,6 @@
-//! Edges that lie upon one another along a stretch. While they move as one, what is seen jumps there at one curve. As they
-//! part there are two, and which of them comes first on a line of sight is another on one side of that motion than on the
-//! other: so are the derivatives.
+//! Edges that coincide along a stretch. While they move as one, they form one discontinuity. As they separate
+//! there are two, and their order along a line of sight depends on the sign of the motion: the one-sided
+//! derivatives differ.
 
 use glam::DVec3;
 
@@ -8,11 +8,11 @@ use super::adjacency::{Adjacency, FLAT};
 use super::triangle::Tables;
 use crate::geometry::{Stretch, common_stretches};
 
-/// Velocities that differ by no more than this part of themselves are the same: they are of the size of
-/// rates, wherever the scene is, and their rounding is 10⁻⁶ of it.
+/// Relative difference up to which velocities count as equal. Velocities do not scale with the scene's
+/// coordinates, and their relative rounding is 10⁻⁶ of this.
 pub(super) const SAME: f64 = 1e-9;
 
-/// Edges of two triangles with a stretch in common.
+/// Edges of two triangles that share a stretch.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EdgeContact {
     pub(super) triangles: [u32; 2],
@@ -20,8 +20,8 @@ pub(super) struct EdgeContact {
 }
 
 impl EdgeContact {
-    /// All those of a pair of triangles without a common vertex, each edge once; not those over which a surface goes on
-    /// flat.
+    /// All contacts of a pair of triangles without a common vertex, each edge once; without edges across
+    /// which a surface continues flat.
     pub(super) fn of(tables: Tables<'_>, adjacency: &Adjacency, triangles: [u32; 2]) -> Vec<Self> {
         let [s, t] = triangles.map(|t| tables.triangles[t as usize].positions);
         if s.iter().any(|i| t.contains(i)) {
@@ -34,8 +34,8 @@ impl EdgeContact {
         stretches.map(|stretch| Self { triangles, stretch }).collect()
     }
 
-    /// Whether the edges part, at some rates of all positions: whether the difference of their velocities has a part across
-    /// them.
+    /// Whether the edges separate at given velocities of all positions: whether the difference of their
+    /// velocities has a component orthogonal to them.
     pub(super) fn is_parted(&self, tables: Tables<'_>, velocities: &[DVec3]) -> bool {
         let ends = |i: usize, table: &[DVec3]| {
             let corners = tables.triangles[self.triangles[i] as usize].positions;
@@ -54,7 +54,7 @@ impl EdgeContact {
     }
 }
 
-/// Whether edge k of a triangle may be seen as an edge, and is not told of by the triangle beyond it.
+/// Whether edge k of a triangle may be visible as an edge, and is not reported by the adjacent triangle.
 pub(super) fn is_edge(tables: Tables<'_>, adjacency: &Adjacency, triangle: u32, k: usize) -> bool {
     let Some(other) = adjacency.continued(triangle, k) else { return true };
     let [m, n] = [triangle, other].map(|t| {

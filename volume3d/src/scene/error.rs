@@ -1,10 +1,10 @@
-//! What a description may be refused for.
+//! Errors of scene descriptions.
 
-/// What is wrong with a description.
+/// Reason for rejecting a description.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SceneError {
-    /// Two things of one kind have the same name.
+    /// Two objects of one kind have the same name.
     #[error("two {what}s are called `{id}`")]
     Duplicate {
         /// "shape", "material", "texture", "light" or "medium".
@@ -12,51 +12,51 @@ pub enum SceneError {
         /// The name.
         id: String,
     },
-    /// An index points nowhere.
+    /// An index is out of range.
     #[error("`{id}` refers to {what} {index}, but there are only {count}")]
     Missing {
-        /// Who refers.
+        /// Name of the referring object.
         id: String,
         /// "material", "texture" or "medium".
         what: &'static str,
         /// The index.
         index: usize,
-        /// How many there are.
+        /// Number of objects of the kind.
         count: usize,
     },
-    /// A number is out of its range.
+    /// A number is out of range.
     #[error("{what} of `{id}` is {value}, but must be {range}")]
     Range {
-        /// Whose it is.
+        /// Name of the object.
         id: String,
-        /// What it is.
+        /// Name of the quantity.
         what: &'static str,
         /// Its value.
         value: f64,
-        /// What it may be.
+        /// Admissible range.
         range: &'static str,
     },
-    /// A texture has not as many texels as its size says.
+    /// The number of texels does not match the texture's size.
     #[error("texture `{id}` is {width} x {height}, but has {texels} texels")]
     Texels {
-        /// Its name.
+        /// Name of the texture.
         id: String,
         /// Columns.
         width: usize,
         /// Rows.
         height: usize,
-        /// How many texels there are.
+        /// Number of texels.
         texels: usize,
     },
-    /// A surface has a texture but no texture coordinates.
+    /// A textured surface has no texture coordinates.
     #[error("shape `{id}` has a textured material, but no texture coordinates")]
     NoCoordinates {
         /// The shape.
         id: String,
     },
-    /// Light passes the material of an implicit surface, which rays meet from without only.
+    /// An implicit surface has a transmissive material, but is traced from outside only.
     #[error(
-        "light passes material `{material}`, which implicit surface `{id}` has; give it another, or make it a mesh"
+        "implicit surface `{id}` has the transmissive material `{material}`; give it another material, or make it a mesh"
     )]
     Transmits {
         /// The surface.
@@ -64,42 +64,42 @@ pub enum SceneError {
         /// Its material.
         material: String,
     },
-    /// The normals of a material that light passes are tilted.
-    #[error("light passes material `{id}`, whose normals a texture tilts; leave out the bump or normal map")]
+    /// A transmissive material has a bump or normal map.
+    #[error("transmissive material `{id}` has a bump or normal map; remove the map")]
     Relief {
         /// The material.
         id: String,
     },
-    /// A material cannot be mixed with another.
+    /// A material cannot be mixed with another, or be its back.
     #[error(
-        "materials `{id}` and `{other}` cannot be mixed, or be the two sides of one: light passes a side, or a mask, a relief or another back is within one"
+        "materials `{id}` and `{other}` cannot be combined: front and back must not be transmissive, and in a mixture neither may have a bump or normal map, nor the second an opacity, a mixture or a back of its own"
     )]
     Blend {
         /// The material.
         id: String,
-        /// The one it is mixed with.
+        /// Name of the other material.
         other: String,
     },
-    /// The vertices of a shape cannot be moved where they should.
+    /// The vertices of a shape cannot be moved as requested.
     #[error("shape `{id}`: {error}")]
     Mesh {
         /// The shape.
         id: String,
-        /// What is wrong.
+        /// The cause.
         error: crate::geometry::MeshError,
     },
-    /// The parameters of an implicit surface make none.
+    /// The parameters of an implicit surface are invalid.
     #[error("implicit surface `{id}`: {error}")]
     Implicit {
         /// The surface.
         id: String,
-        /// What is wrong.
+        /// The cause.
         error: flatland::sdf::shapes::ShapeError,
     },
-    /// The numbers for tracing rays at implicit surfaces are out of range.
+    /// The tracer's parameters are out of range.
     #[error("tracing implicit surfaces: {0}")]
     Tracer(#[from] flatland::sdf::TracerError),
-    /// The camera looks from within a surface.
+    /// The camera is inside an implicit surface.
     #[error(
         "the camera is inside the implicit surface `{id}`, where φ = {value}; it must be outside, where φ > {least}"
     )]
@@ -108,19 +108,19 @@ pub enum SceneError {
         id: String,
         /// φ at the camera.
         value: f64,
-        /// What it must be above: 0, or with a lens what φ may change over its radius.
+        /// Lower bound on φ: 0, or with a lens the largest change of φ over its radius.
         least: f64,
     },
     /// The camera's frame is not orthonormal.
     #[error("the camera's right, up and forward are not orthonormal")]
     Frame,
-    /// A camera that stands for an orthographic sensor has what only a perspective one has.
-    #[error("an orthographic camera has no lens, and its axis meets the middle of the film")]
+    /// An orthographic camera has properties of a perspective one.
+    #[error("an orthographic camera can have neither a lens nor a principal point off the centre")]
     Orthographic,
-    /// The field of view of a camera that has none would change.
-    #[error("an orthographic camera has no field of view that could change")]
+    /// The field of view of an orthographic camera would change.
+    #[error("an orthographic camera has no field of view to change")]
     FieldOfView,
-    /// The film or its crop has no pixels, or the crop leaves the film.
+    /// The film or its crop has no pixels, or the crop exceeds the film.
     #[error("the film of {width} x {height} pixels has no pixels in its crop window")]
     Film {
         /// Columns of the film.
@@ -128,14 +128,14 @@ pub enum SceneError {
         /// Rows of the film.
         height: usize,
     },
-    /// More of something in all than indices count.
+    /// A total count exceeds the range of indices.
     #[error("the scene has {count} {what}, more than {most}")]
     TooLarge {
         /// "vertices", "normals", "texture coordinates" or "triangles".
         what: &'static str,
-        /// How many there are.
+        /// The count.
         count: usize,
-        /// How many there may be.
+        /// Its maximum.
         most: usize,
     },
 }

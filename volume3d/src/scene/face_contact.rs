@@ -1,6 +1,6 @@
-//! Edges that lie upon faces: of what stands on a floor on an edge. While they slide over the face nothing
-//! opens; as they part from it a gap does on one side of that motion, and on the other the surfaces pass
-//! through one another: the derivatives of both differ.
+//! Edges that lie on faces, as of an object that stands on a floor on one edge. While they slide over the
+//! face no gap opens; as they leave it, a gap opens for one sign of the motion, and for the other the
+//! surfaces cross: the one-sided derivatives differ.
 
 use glam::DVec3;
 
@@ -9,19 +9,19 @@ use super::edge_contact::is_edge;
 use super::triangle::{Tables, barycentric};
 use crate::geometry::{in_contact, upon_face};
 
-/// An edge of a triangle that lies upon the inside of another.
+/// An edge of a triangle that lies in the interior of another.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FaceContact {
-    /// The triangle with the edge, and the other.
+    /// The triangle with the edge, and the other one.
     pub(super) triangles: [u32; 2],
     /// From corner k to corner k + 1.
     edge: usize,
-    /// Where the stretch begins and ends that lies upon the other.
+    /// Ends of the stretch that lies on the other triangle.
     along: [f64; 2],
 }
 
 impl FaceContact {
-    /// All those of a pair of triangles without a common vertex, and not of one plane, each edge once.
+    /// All contacts of a pair of triangles that have no common vertex and are not coplanar, each edge once.
     pub(super) fn of(tables: Tables<'_>, adjacency: &Adjacency, [s, t]: [u32; 2]) -> Vec<Self> {
         let [first, second] = [s, t].map(|t| tables.triangles[t as usize].positions);
         let corners = [s, t].map(|t| tables.corners(t));
@@ -41,7 +41,7 @@ impl FaceContact {
         found
     }
 
-    /// Whether the edge leaves the face, at some rates of all positions.
+    /// Whether the edge leaves the face at given velocities of all positions.
     pub(super) fn is_parted(&self, tables: Tables<'_>, velocities: &[DVec3]) -> bool {
         let [own, other] = self.triangles.map(|t| tables.triangles[t as usize].positions);
         let face = other.map(|i| tables.positions[i as usize]);

@@ -1,4 +1,4 @@
-//! What a ray hits: a surface, and where on it.
+//! Hits of rays: a surface, and a point on it.
 
 use glam::DVec3;
 
@@ -6,8 +6,8 @@ use crate::geometry;
 
 /// A surface that a ray can hit.
 ///
-/// Whoever asks what depends on its kind does so by a pattern without a rest, so that the compiler finds them all when a
-/// kind is added. Code that is about meshes by its nature takes the triangle out in one place.
+/// Code that depends on the kind uses an exhaustive pattern, so that the compiler finds it when a kind is
+/// added. Code that is specific to meshes extracts the triangle in one place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Surface {
     /// A triangle of a mesh, by its index in the scene.
@@ -26,13 +26,13 @@ impl Surface {
     }
 }
 
-/// Where a ray meets the scene.
+/// Intersection of a ray with the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Hit {
     pub(crate) surface: Surface,
-    /// From the ray's origin.
+    /// Distance from the ray's origin.
     pub(crate) distance: f64,
-    /// Where on the surface, in its own coordinates: of a triangle the weights of its corners.
+    /// Position on the surface, in its own coordinates: for a triangle, barycentric coordinates.
     pub(crate) coordinates: [f64; 3],
 }
 
@@ -44,7 +44,7 @@ impl From<geometry::Hit> for Hit {
     }
 }
 
-/// A point of a triangle's matter: Σ wₖ p_{iₖ}, with the indices i of its corners and their weights w.
+/// A material point of a triangle: Σ wₖ p_{iₖ}, with the indices i of its corners and their weights w.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MaterialPoint(pub(super) [(u32, f64); 3]);
 
@@ -55,7 +55,7 @@ impl MaterialPoint {
         self.0.iter().map(|&(i, weight)| weight * velocities[i as usize]).sum()
     }
 
-    /// The transpose: what a covector of its velocity gives to that of each position.
+    /// Transpose of [`velocity`](Self::velocity): hands each position its part of a covector.
     #[inline]
     pub(crate) fn scatter(&self, covector: DVec3, mut add: impl FnMut(u32, DVec3)) {
         self.0.iter().for_each(|&(i, weight)| add(i, weight * covector));

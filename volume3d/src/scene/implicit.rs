@@ -10,7 +10,7 @@ use glam::{DMat3, DVec3};
 
 use crate::sdf::{Baked, Guided};
 
-/// What a scene asks of an implicit surface. Every [`Parametric`] shape of space is one.
+/// Interface of implicit surfaces to scenes. Implemented for every 3-D [`Parametric`] shape.
 pub trait Implicit: Sdf<DVec3> + Any + Debug + Send + Sync {
     /// [`Parametric::parameters`].
     fn parameters(&self) -> Vec<f64>;
@@ -24,13 +24,13 @@ pub trait Implicit: Sdf<DVec3> + Any + Debug + Send + Sync {
     /// [`Parametric::pull_back`].
     fn pull_back(&self, gradient: Vec<f64>) -> Vec<f64>;
 
-    /// The same surface with other parameters.
+    /// The surface with other parameters.
     ///
     /// # Errors
     /// A [`ShapeError`] that names the parameter.
     fn with_parameters(&self, parameters: &[f64]) -> Result<ImplicitSurface, ShapeError>;
 
-    /// Whether another surface is the same.
+    /// Whether another surface is equal.
     fn is_same(&self, other: &dyn Implicit) -> bool;
 }
 
@@ -70,7 +70,7 @@ impl ImplicitSurface {
         Self(Arc::new(surface))
     }
 
-    /// The surface as what it was made from, if it was made from that.
+    /// The surface as its original type, if it is `S`.
     #[must_use]
     pub fn downcast<S: Implicit>(&self) -> Option<&S> {
         (&*self.0 as &dyn Any).downcast_ref()
@@ -78,7 +78,7 @@ impl ImplicitSurface {
 }
 
 impl ImplicitSurface {
-    /// The network whose weights are its parameters, be it on its grid or itself.
+    /// The network whose weights are its parameters, baked or traced directly.
     pub(crate) fn network(&self) -> Option<&Baked> {
         self.downcast().or_else(|| self.downcast().map(Guided::baked))
     }
@@ -97,54 +97,54 @@ impl PartialEq for ImplicitSurface {
     }
 }
 
-/// Where an implicit surface stands: x = s R y + p for its points y.
+/// Placement of an implicit surface: x = s R y + p for its points y.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
     /// s, positive.
     pub scale: f64,
     /// R, a rotation.
     pub rotation: DMat3,
-    /// p, scene units: where its own origin is, about which it turns.
+    /// p, scene units: position of its own origin, about which it rotates.
     pub translation: DVec3,
 }
 
 impl Default for Placement {
-    /// Where it is already.
+    /// The identity placement.
     fn default() -> Self {
         Self { scale: 1.0, rotation: DMat3::IDENTITY, translation: DVec3::ZERO }
     }
 }
 
-/// An implicit surface with a place and a material. It reflects, and emits nothing.
+/// An implicit surface with placement and material. It does not emit.
 ///
-/// In the world its function is s φ(Rᵀ(x − p)/s), of which [`Sdf`] is asked; its parameters are those of the
-/// surface. Where it stands has rates of its own, [`ImplicitTangent`](crate::gradient::ImplicitTangent).
+/// In world coordinates its function, which [`Sdf`] evaluates, is s φ(Rᵀ(x − p)/s); its parameters are those
+/// of the surface. The rates of its placement are in [`ImplicitTangent`](crate::gradient::ImplicitTangent).
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImplicitShape {
-    /// Its name in messages and requests. No mesh may have the same.
+    /// Name in messages and queries; different from those of all meshes.
     pub id: String,
     /// φ.
     pub surface: ImplicitSurface,
-    /// Where it stands.
+    /// Placement.
     pub placement: Placement,
-    /// Its material's index in the scene. It has no texture coordinates.
+    /// Index of its material in the scene. It has no texture coordinates.
     pub material: usize,
 }
 
 impl ImplicitShape {
-    /// The same elsewhere.
+    /// The shape translated.
     pub(super) fn moved(&self, by: DVec3) -> Self {
         let translation = self.placement.translation + by;
         Self { placement: Placement { translation, ..self.placement }, ..self.clone() }
     }
 
-    /// y, of a point x of the world.
+    /// y, for a world point x.
     pub(crate) fn local(&self, x: DVec3) -> DVec3 {
         let Placement { scale, rotation, translation } = self.placement;
         rotation.transpose() * (x - translation) / scale
     }
 
-    /// What a covector of φ and ∇φ in the world is in the surface's own coordinates.
+    /// A world covector of φ and ∇φ in the surface's own coordinates.
     fn local_covector(&self, covector: Jet<DVec3>) -> Jet<DVec3> {
         let Placement { scale, rotation, .. } = self.placement;
         Jet { value: scale * covector.value, gradient: rotation.transpose() * covector.gradient }
@@ -298,7 +298,7 @@ mod tests {
         assert!(EdgeSampling::default().forward(&scene, &still, &Progress::none()).is_ok());
     }
 
-    /// A scene that is given a surface anew, by hand or by parameters, is the scene built with it.
+    /// Updating a surface directly or by its parameters gives the scene built with it.
     #[test]
     fn updates_are_scenes_built_anew() {
         let mut scene = Scene::new(description()).expect("a scene");
@@ -324,7 +324,7 @@ mod tests {
         assert_eq!(*scene.description(), anew);
         let image = |scene: &Scene| render(scene, 4, 1, &Progress::none()).expect("an image").image;
         assert!(image(&scene) == image(&Scene::new(anew).expect("a scene")));
-        // What is refused changes nothing.
+        // A rejected update changes nothing.
         let before = scene.description().clone();
         let mut bad = moved;
         bad[3] = -1.0;
@@ -348,7 +348,7 @@ mod tests {
         assert!(matches!(textured, Err(SceneError::NoCoordinates { .. })));
     }
 
-    /// With few steps rays are lost beside the outline, and nowhere else.
+    /// With few steps, rays are lost near the outline and nowhere else.
     #[test]
     fn lost_rays_have_a_place() {
         let mut few = description();
@@ -363,7 +363,7 @@ mod tests {
         let lost = rendering.lost_rays.expect("rays are lost");
         let sum: f64 = lost.pixels.iter().map(|p| p.x).sum();
         assert!(sum > 0.0 && sum == rendering.traces.out_of_steps as f64, "{sum} {:?}", rendering.traces);
-        // Its radius in pixels: tan(asin ¼) / tan 0.45 of half the film.
+        // Radius in pixels: tan(asin ¼) / tan 0.45 of half the film.
         let radius = 16.0 * 15.0_f64.sqrt().recip() / 0.45_f64.tan();
         for (i, p) in lost.pixels.iter().enumerate().filter(|(_, p)| p.x > 0.0) {
             let at = DVec3::new((i % 32) as f64 - 15.5, (i / 32) as f64 - 15.5, 0.0).length();
@@ -371,8 +371,8 @@ mod tests {
         }
     }
 
-    /// A ray that passes within the tracer's tolerance is no hit, whose ∇φ·ω would be nearly 0; nor does one that grazes miss. By
-    /// values alone, and with a bound on second derivatives.
+    /// A ray that passes within the tracer's tolerance is not a hit, where ∇φ·ω would be nearly 0; nor does a
+    /// grazing ray miss. With values alone, and with a bound on second derivatives.
     #[test]
     fn hits_do_not_know_the_tolerance() {
         let grid = {
@@ -415,7 +415,8 @@ mod tests {
         }
     }
 
-    /// From far away the tolerance, an angle, is more than small things are apart: what is met is the first of them all the same.
+    /// From far away the tolerance, an angle, exceeds the spacing of small objects: the nearest of them is
+    /// hit nevertheless.
     #[test]
     fn far_away_the_first_of_small_things_is_met() {
         for distance in [1e2, 1e4, 1e5] {
@@ -433,7 +434,7 @@ mod tests {
                     let along = ball.centre().dot(way);
                     (along, (ball.centre() - along * way).length())
                 });
-                // Beside silhouettes rays run out of steps, and are counted.
+                // Near silhouettes rays run out of steps, and are counted.
                 if passed.iter().any(|(_, across)| (across - 0.05).abs() < 1e-4) {
                     continue;
                 }
@@ -446,7 +447,7 @@ mod tests {
         }
     }
 
-    /// Along its own axis a ball of radius 1 at distance 4 is 3 away, and rays graze it where they should.
+    /// Along its axis a ball of radius 1 at distance 4 is 3 away, and rays graze it at the right angle.
     #[test]
     fn rays_meet_it_where_it_is() {
         let mut description = description();
@@ -461,13 +462,14 @@ mod tests {
             scene.blocked(DVec3::ZERO, DVec3::Z, 0.0, 2.0) && !scene.blocked(DVec3::ZERO, DVec3::Z, 0.0, 1.4)
         );
         assert!(scene.beyond(DVec3::ZERO, DVec3::X, 0.0).is_none());
-        // The point that is looked for is not in its own way, though it is within the tolerance of what is before it.
+        // The target point does not occlude itself, though it is within the tolerance of what is in front of
+        // it.
         for angle in [0.0, 0.1, 0.2, 0.24] {
             let way = DVec3::new(f64::sin(angle), 0.0, f64::cos(angle));
             let hit = scene.closest(DVec3::ZERO, way, None).expect("a hit");
             assert!(!scene.blocked(DVec3::ZERO, way, 0.0, hit.distance), "{angle}");
         }
-        // From its own surface it is not seen.
+        // It is invisible from its own surface.
         let surface = Some(hit.surface);
         assert!(scene.closest(DVec3::Z * hit.distance, DVec3::new(0.6, 0.0, -0.8), surface).is_none());
         assert!(

@@ -1,40 +1,40 @@
-//! Where implicit surfaces pass through meshes, and through one another: no field follows the curves in which they meet.
+//! Crossings of implicit surfaces with meshes and with one another: no field follows these curves.
 
 use flatland::sdf::Sdf;
 use glam::DVec3;
 
 use super::{ImplicitShape, Scene};
 
-/// How far triangles and boxes are divided: to this part of the implicit surface's size. What touches without passing through by more is not
-/// seen.
+/// Smallest size to which triangles and boxes are divided, relative to the implicit surface. Penetration
+/// below it is not detected.
 const SMALLEST: f64 = 2e-3;
 
-/// An implicit surface that something passes through.
+/// An implicit surface crossed by another surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImplicitCrossing {
-    /// The implicit surface, by its index.
+    /// Index of the implicit surface.
     pub implicit: usize,
-    /// What passes through it.
+    /// The other surface.
     pub with: CrossedBy,
-    /// A point inside of the surface and of, or inside, the other.
+    /// A point inside the implicit surface that is on, or inside, the other.
     pub at: DVec3,
 }
 
-/// What passes through an implicit surface.
+/// Surface that crosses an implicit surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CrossedBy {
-    /// A mesh, by its index: it has points on both sides.
+    /// Index of a mesh with points on both sides.
     Mesh(usize),
-    /// Another implicit surface, by its index: both have points inside of each other, or one is within the other.
+    /// Index of another implicit surface: both have points inside one another, or one is within the other.
     Implicit(usize),
 }
 
 impl Scene {
-    /// The implicit surfaces that meshes or other implicit surfaces pass through. Where anything moves near the curve in which they meet, gradients
-    /// are biased.
+    /// Implicit surfaces crossed by meshes or other implicit surfaces. If anything moves near the curve of
+    /// intersection, gradients are biased.
     ///
-    /// Bounds on |∇φ| rule out all that is farther away; what remains is divided until a point inside is found, or it is smaller than 0.2 % of the
-    /// surface's size.
+    /// Bounds on |∇φ| exclude everything farther away; the remainder is subdivided until an inside point is
+    /// found or it is smaller than 0.2 % of the surface.
     #[must_use]
     pub fn implicit_crossings(&self) -> Vec<ImplicitCrossing> {
         let mut found = vec![];
@@ -64,7 +64,7 @@ impl Scene {
         found
     }
 
-    /// A point of a mesh inside of an implicit surface, if the mesh has points outside, too.
+    /// A point of a mesh inside an implicit surface, if the mesh also has points outside.
     fn passes_through(&self, mesh: usize, shape: &ImplicitShape, smallest: f64) -> Option<DVec3> {
         let corners = |t: usize| self.triangles[t].positions.map(|i| self.positions[i as usize]);
         let is_outside = |x: &DVec3| shape.value(*x) > 0.0;
@@ -96,7 +96,7 @@ fn inside(triangle: [DVec3; 3], shape: &ImplicitShape, smallest: f64) -> Option<
     None
 }
 
-/// A point inside of two surfaces, in what their boxes have in common.
+/// A point inside two surfaces, within the intersection of their boxes.
 fn inside_of_both(
     pair: [&ImplicitShape; 2],
     boxes: [Option<(DVec3, DVec3)>; 2],
@@ -104,7 +104,7 @@ fn inside_of_both(
 ) -> Option<DVec3> {
     let [(low, high), (other_low, other_high)] = match boxes {
         [Some(a), Some(b)] => [a, b],
-        // The inside of what has no box is within that of the other, if they meet.
+        // An unbounded surface meets the other only within the other's box.
         [Some(a), None] | [None, Some(a)] => [a, a],
         [None, None] => return None,
     };
@@ -162,11 +162,11 @@ mod tests {
 
     #[test]
     fn what_passes_through_is_found_and_what_is_beside_is_not() {
-        // The corners of the floor are far outside of the ball, and those of a small one may be inside.
+        // The corners of the floor are far outside the ball; those of a small floor may be inside.
         assert_eq!(crossings(-0.9, None, 50.0), [CrossedBy::Mesh(0)]);
         assert_eq!(crossings(-0.99, None, 1.0), [CrossedBy::Mesh(0)]);
         assert_eq!(crossings(-1.001, None, 50.0), []);
-        // All of it within is no curve.
+        // A mesh entirely inside has no curve of intersection.
         assert_eq!(crossings(0.0, None, 0.2), []);
         assert_eq!(crossings(-2.0, Some((1.9, 1.0)), 1.0), [CrossedBy::Implicit(1)]);
         assert_eq!(crossings(-2.0, Some((2.01, 1.0)), 1.0), []);

@@ -1,4 +1,4 @@
-//! Light that does not come from surfaces. Surfaces that emit are shapes with a radiance.
+//! Lights without a surface. Emitting surfaces are shapes with a radiance.
 
 use glam::{DMat3, DVec3};
 
@@ -6,66 +6,68 @@ use glam::{DMat3, DVec3};
 #[derive(Clone, Debug, PartialEq)]
 pub enum Light {
     /// A distant light with a von Mises–Fisher lobe: radiance E κ e^{−κ(1 − ω·ω₀)}/(2π(1 − e^{−2κ})) from
-    /// direction ω. As κ grows it becomes parallel light, which no warp can differentiate and which is
-    /// refused with geometric parameters; with finite κ it casts soft shadows, which a warp can see.
+    /// direction ω. As κ → ∞ it becomes parallel light, which no warp can differentiate and which is refused
+    /// with geometric parameters; with finite κ it has soft shadows, which a warp supports.
     Directional {
-        /// Its name in messages and requests.
+        /// Name in messages and queries.
         id: String,
-        /// Where the light travels to, unit length: −ω₀.
+        /// Direction in which the light travels, unit length: −ω₀.
         direction: DVec3,
-        /// E, the irradiance on a surface that faces it.
+        /// E, the irradiance on a surface orthogonal to it.
         irradiance: DVec3,
         /// κ; infinite for parallel light.
         kappa: f64,
     },
-    /// Light from one point, the same in all directions.
+    /// An isotropic point light.
     Point {
-        /// Its name in messages and requests.
+        /// Name in messages and queries.
         id: String,
-        /// Where it is.
+        /// Position.
         position: DVec3,
         /// Power per solid angle.
         intensity: DVec3,
     },
-    /// Light from one point within a cone.
+    /// A spot light.
     Spot {
-        /// Its name in messages and requests.
+        /// Name in messages and queries.
         id: String,
-        /// Where it is.
+        /// Position.
         position: DVec3,
-        /// A rotation; its z axis is the cone's.
+        /// A rotation; its z axis is the axis of the cone.
         to_world: DMat3,
-        /// Power per solid angle in the middle.
+        /// Power per solid angle on the axis.
         intensity: DVec3,
-        /// The half angle beyond which there is none, in radians below π/2.
+        /// Half angle beyond which the intensity is 0, in radians below π/2.
         cutoff: f64,
-        /// The half angle up to which there is all, in radians; between the two, intensity falls linearly with the angle.
+        /// Half angle up to which the intensity is full, in radians; between the two it falls linearly with
+        /// the angle.
         beam: f64,
-        /// A factor by direction, by the texture's index in the scene: (u, v) = ½ + (x, y)/(2 z tan cutoff).
+        /// Index of a texture that multiplies the intensity by direction: (u, v) = ½ + (x, y)/(2 z tan
+        /// cutoff).
         texture: Option<usize>,
     },
-    /// Light from one point through a slide: the intensity π E/cos³θ lights a screen across the axis evenly with E = 1/π at
-    /// distance 1, but for its own cosine.
+    /// A projector: a point light through a slide. The intensity π E/cos³θ illuminates a screen orthogonal to
+    /// the axis uniformly with E = 1/π at distance 1, apart from the screen's own cosine.
     Projector {
-        /// Its name in messages and requests.
+        /// Name in messages and queries.
         id: String,
-        /// Where it is.
+        /// Position.
         position: DVec3,
         /// A rotation; its z axis is that of the beam, its x axis points to the left of the slide.
         to_world: DMat3,
         /// E, or a factor on the slide.
         intensity: DVec3,
-        /// The angle over the width of the slide, in radians.
+        /// Angle of view over the width of the slide, in radians.
         field_of_view: f64,
-        /// Its width over its height.
+        /// Width of the slide divided by its height.
         aspect: f64,
-        /// The slide, by the texture's index in the scene; nothing is clear.
+        /// Index of the slide's texture; `None` for a clear one.
         texture: Option<usize>,
     },
 }
 
 impl Light {
-    /// Its name in messages and requests.
+    /// Name in messages and queries.
     #[must_use]
     pub fn id(&self) -> &String {
         match self {
@@ -76,7 +78,7 @@ impl Light {
         }
     }
 
-    /// The same elsewhere.
+    /// The light translated.
     pub(super) fn moved(&self, by: DVec3) -> Self {
         let mut light = self.clone();
         match &mut light {
@@ -88,7 +90,7 @@ impl Light {
         light
     }
 
-    /// Its irradiance or intensity: what it is scaled by.
+    /// Its irradiance or intensity.
     #[must_use]
     pub fn power(&self) -> DVec3 {
         match self {
@@ -99,7 +101,7 @@ impl Light {
         }
     }
 
-    /// The same, to be changed.
+    /// Mutable [`power`](Self::power).
     pub(crate) fn power_mut(&mut self) -> &mut DVec3 {
         match self {
             Self::Directional { irradiance: power, .. }
@@ -109,7 +111,7 @@ impl Light {
         }
     }
 
-    /// The texture that it looks up, by its index in the scene.
+    /// Index of its texture.
     pub(crate) fn texture(&self) -> Option<usize> {
         match self {
             Self::Spot { texture, .. } | Self::Projector { texture, .. } => *texture,
@@ -117,34 +119,34 @@ impl Light {
         }
     }
 
-    /// Whether it is one point or one direction, whose shadows have no penumbra.
+    /// Whether it is a single point or direction, whose shadows have no penumbra.
     #[must_use]
     pub fn is_delta(&self) -> bool {
         !matches!(self, Self::Directional { kappa, .. } if kappa.is_finite())
     }
 }
 
-/// What is seen where a ray leaves the scene.
+/// Radiance of rays that leave the scene.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Environment {
     /// The same radiance in every direction.
     Constant {
-        /// Its name in messages and requests.
+        /// Name in messages and queries.
         id: String,
         /// The radiance.
         radiance: DVec3,
     },
     /// A longitude–latitude map: u = atan2(x, −z)/2π, v = acos(y)/π from the top, in the map's own frame.
-    /// Between texels it is bilinear: column i is at u = (i + ½)/width, periodically, and row j at v =
-    /// j/(height − 1), the first and the last at the poles.
+    /// Bilinear between texels: column i is at u = (i + ½)/width, periodically, and row j at
+    /// v = j/(height − 1), the first and the last at the poles.
     Map {
-        /// Its name in messages and requests.
+        /// Name in messages and queries.
         id: String,
-        /// The texture's index in the scene.
+        /// Index of the texture.
         texture: usize,
-        /// A factor on the whole.
+        /// Factor on the whole map.
         scale: f64,
-        /// From the map's frame to the world's; a rotation.
+        /// Rotation from the map's frame to the world's.
         to_world: DMat3,
     },
 }

@@ -1,77 +1,79 @@
-//! What surfaces are made of.
+//! Materials.
 
 use glam::DVec3;
 
 use super::bsdf::Bsdf;
 use super::value::{Reflectance, Value};
 
-/// A texture that tilts the shading normal. It has no derivative by moving geometry, which is refused: where the tilted normal
-/// turns away from the viewer, and, of a bump map, at every border of texels, the image jumps, and no warp follows.
+/// Bump or normal map. Derivatives by moving geometry are refused: the image is discontinuous, and not
+/// followed by any warp, where the mapped normal turns away from the viewer and, for a bump map, at every
+/// border of texels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Relief {
-    /// Heights, of which the gradient by texture coordinates displaces: n ∝ ∂u p × ∂v p with ∂u p + n (s ∂u h − n·∂u p) in
-    /// the place of ∂u p, and ∂v p likewise (Blinn 1978).
+    /// Bump map of heights h: n ∝ ∂u p × ∂v p with ∂u p replaced by ∂u p + n (s ∂u h − n·∂u p), and ∂v p
+    /// likewise (Blinn 1978).
     Bump {
-        /// The texture's index in the scene; its luminance is the height.
+        /// Index of the texture; its luminance is the height.
         texture: usize,
         /// s.
         scale: f64,
     },
-    /// Normals in the frame of the surface, (n + 1)/2, with x along ∂u p.
+    /// Normal map in the surface frame, (n + 1)/2, with x along ∂u p.
     Normals {
-        /// The texture's index in the scene.
+        /// Index of the texture.
         texture: usize,
     },
 }
 
-/// A reflection model and which sides have it.
+/// A BSDF and the sides that have it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
-    /// Its name in messages and requests.
+    /// Name in messages and queries.
     pub id: String,
-    /// The model.
+    /// The BSDF.
     pub bsdf: Bsdf,
-    /// Whether the back reflects as the front. A back that does not is black, unless light passes the surface.
+    /// Whether the back reflects like the front. Otherwise the back is black, unless the BSDF is
+    /// transmissive.
     pub two_sided: bool,
-    /// How much of the surface is there, in [0, 1]: the luminance of a colour. Light passes the rest in a straight line.
-    /// Nothing is all of it.
+    /// Opacity in [0, 1], the luminance of a colour: the remaining light passes straight through. `None` for
+    /// 1.
     pub opacity: Option<Reflectance>,
-    /// What tilts the normal, if anything does.
+    /// Bump or normal map, if any.
     pub relief: Option<Relief>,
-    /// A texture by whose luminance the roughness α is multiplied, by its index in the scene; α is at least 10⁻⁴ all the same. Rough
-    /// conductors and dielectrics may have one.
+    /// Index of a texture whose luminance multiplies the roughness α, with a minimum of 10⁻⁴. Supported by
+    /// rough conductors and dielectrics.
     pub roughness_texture: Option<usize>,
-    /// Another material that it is mixed with, if it is.
+    /// The material it is mixed with, if any.
     pub blend: Option<Blend>,
-    /// The material of its back, by its index in the scene, if that is another one. It must stand before this one.
+    /// Index of the material of its back, if different; must be less than its own.
     pub back: Option<usize>,
 }
 
-/// A second material of a mixture: f = (1 − w) f₀ + w f₁.
+/// Second material of a mixture: f = (1 − w) f₀ + w f₁.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Blend {
-    /// The material of f₁, by its index in the scene. It must stand before that of f₀, and neither may have an opacity
-    /// or a relief of its own.
+    /// Index of the material f₁; must be less than that of f₀. It may have no opacity, mixture or back of its
+    /// own, and neither part may have a bump or normal map.
     pub other: usize,
     /// w, in [0, 1].
     pub weight: Value,
 }
 
 impl Material {
-    /// A model alone, on both sides or on one.
+    /// A material with only a BSDF, on one or both sides.
     #[must_use]
     pub fn new(id: &str, bsdf: Bsdf, two_sided: bool) -> Self {
         let (opacity, relief, roughness_texture, blend, back) = (None, None, None, None, None);
         Self { id: id.to_owned(), bsdf, two_sided, opacity, relief, roughness_texture, blend, back }
     }
 
-    /// A Lambertian surface, both sides alike.
+    /// A two-sided Lambertian material.
     #[must_use]
     pub fn diffuse(id: &str, reflectance: DVec3) -> Self {
         Self::new(id, Bsdf::Diffuse { reflectance: Reflectance::Constant(reflectance) }, true)
     }
 
-    /// The textures that it looks up, by their index in the scene.
+    /// Indices of its textures.
     pub(crate) fn textures(&self) -> impl Iterator<Item = usize> {
         let of = |reflectance: &Reflectance| match reflectance {
             Reflectance::Texture(texture) => Some(*texture),
@@ -92,13 +94,13 @@ impl Material {
         colours.into_iter().chain(values).chain([self.roughness_texture]).flatten()
     }
 
-    /// The materials that this one refers to, by their index in the scene.
+    /// Indices of the materials that it refers to.
     pub(crate) fn others(&self) -> impl Iterator<Item = usize> + use<> {
         self.blend.map(|blend| blend.other).into_iter().chain(self.back)
     }
 }
 
-/// A material and all that it refers to, by their index. Those stand before it.
+/// Indices of a material and of all that it refers to, directly or not; the latter come before it.
 pub(crate) fn parts(materials: &[Material], index: usize) -> Vec<usize> {
     let mut found = vec![index];
     let mut next = 0;

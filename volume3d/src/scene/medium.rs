@@ -1,41 +1,40 @@
-//! What fills the space between surfaces.
+//! Participating media.
 
 use glam::DVec3;
 
-/// A homogeneous medium, which absorbs and scatters light along its way. Along a straight way of length t in it
+/// A homogeneous absorbing and scattering medium. Along a straight line with arc length t
 ///
 /// ```text
 /// dL/dt = −σ L + σ α ∫ p(ω·ω′) L(ω′) dω′,
 /// ```
 ///
-/// by channel, with the phase function p of Henyey and Greenstein (Chandrasekhar 1960; Pharr, Jakob and Humphreys 2023,
-/// chapter 11). It emits nothing. Images see media, and so do finite differences; every other derivative refuses scenes with
-/// any ([`Unsupported::Medium`](crate::gradient::Unsupported::Medium)).
+/// per channel, with the phase function p of Henyey and Greenstein (Chandrasekhar 1960; Pharr, Jakob and
+/// Humphreys 2023, chapter 11). It does not emit. Images and finite differences support media; all other
+/// derivatives refuse scenes with any ([`Unsupported::Medium`](crate::gradient::Unsupported::Medium)).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Medium {
-    /// Its name in messages.
+    /// Name in messages.
     pub id: String,
-    /// σ, what is lost of a ray by absorption and scattering, per unit of length in the world; at least 0.
+    /// σ, the extinction coefficient (absorption and scattering), per world unit of length; at least 0.
     pub extinction: DVec3,
-    /// α, the scattered part of what is lost, in [0, 1].
+    /// α, the scattering fraction of the extinction, in [0, 1].
     pub albedo: DVec3,
-    /// g, the mean cosine of the angle by which light turns when it is scattered, in (−1, 1): 0 is scattering alike in all
-    /// directions, and 0.9 that of fog or milk.
+    /// g, the mean cosine of the scattering angle, in (−1, 1): 0 is isotropic, 0.9 typical of fog or milk.
     pub asymmetry: f64,
 }
 
-/// The media that a surface separates, by their indices in the scene; nothing is empty space. A path that leaves the surface
-/// goes on in the medium of the side to which it leaves, whatever it came through.
+/// The media that a surface separates, by index; `None` for empty space. A path that leaves the surface
+/// continues in the medium of the side to which it leaves, independently of the medium it came through.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Boundary {
-    /// Behind the front.
+    /// Medium behind the front.
     pub interior: Option<usize>,
-    /// Before it.
+    /// Medium in front of it.
     pub exterior: Option<usize>,
 }
 
 impl Medium {
-    /// e^{−σ t}, the part of light that gets through a length t of it by channel; t may be infinite.
+    /// Transmittance e^{−σ t} over a length t, by channel; t may be infinite.
     #[must_use]
     pub fn transmittance(&self, length: f64) -> DVec3 {
         // 0 times infinity is 0 here.

@@ -1,4 +1,4 @@
-//! Scenes: what they are made of, and what rendering needs of them.
+//! Scenes: descriptions, and the data that rendering needs.
 
 mod adjacency;
 mod bsdf;

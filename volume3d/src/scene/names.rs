@@ -1,12 +1,12 @@
-//! Names of a scene, found or suggested.
+//! Lookup of names in a scene, with suggestions.
 
 use super::{Bsdf, Environment, Light, Reflectance, Scene};
 
-/// A name that a scene does not have, or that is of another kind than what is asked for.
+/// A name that does not exist, or belongs to an object of another kind.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NameError {
-    /// Nothing of the kind is there.
+    /// The scene has no object of the kind.
     #[error("there is no {what} `{id}`: the scene has no {what} at all")]
     Nothing {
         /// "shape", "material" or "light".
@@ -14,51 +14,52 @@ pub enum NameError {
         /// The name.
         id: String,
     },
-    /// Others of the kind are there.
+    /// The scene has other objects of the kind.
     #[error("there is no {what} `{id}`; closest first, there are: {}", list(.known))]
     Unknown {
         /// "shape", "material" or "light".
         what: &'static str,
         /// The name.
         id: String,
-        /// The names there are, the most alike first.
+        /// Existing names, most similar first.
         known: Vec<String>,
     },
-    /// What has the name lacks what is asked for.
+    /// The named object lacks the requested property.
     #[error("{what} `{id}` {lacks}; {}", others(.what, .kind, .known))]
     Lacks {
         /// "shape", "material" or "light".
         what: &'static str,
         /// The name.
         id: String,
-        /// What it lacks, as the end of a sentence.
+        /// The missing property, as the end of a sentence.
         lacks: &'static str,
-        /// What others have.
+        /// Description of the objects that have it.
         kind: &'static str,
-        /// The names of those.
+        /// Names of those.
         known: Vec<String>,
     },
-    /// What emits is a shape or the environment, and its light has another name.
+    /// An intensity or irradiance was requested of a shape or the environment, whose emission is called
+    /// radiance.
     #[error(
         "`{id}` is {what}, whose light is its radiance: `{id}.radiance`, or `{id}:radiance:r,g,b` of a motion"
     )]
     Radiance {
-        /// Its name.
+        /// Name of the object.
         id: String,
         /// "the environment" or "a shape that emits".
         what: &'static str,
     },
-    /// An environment map has texels and no single radiance.
+    /// An environment map has texels instead of a single radiance.
     #[error("`{id}` is an environment map, which has no single radiance")]
     Map {
-        /// Its name.
+        /// Name of the map.
         id: String,
     },
 }
 
-/// Some names, and how many more.
+/// Some of the names, and the number of others.
 fn list(names: &[String]) -> String {
-    /// As many as are read.
+    /// Largest number of names listed.
     const SHOWN: usize = 12;
     let shown = names.iter().take(SHOWN).map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
     match names.len().saturating_sub(SHOWN) {
@@ -75,32 +76,32 @@ fn others(what: &str, kind: &str, known: &[String]) -> String {
     }
 }
 
-/// What has a radiance.
+/// An object with a radiance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Emitter {
     Shape(usize),
-    /// The environment, if it is constant.
+    /// The constant environment.
     Environment,
 }
 
 impl Scene {
-    /// The index of the shape with a name.
+    /// Index of the shape with a name.
     ///
     /// # Errors
-    /// A [`NameError`] that suggests names, if there is none.
+    /// A [`NameError`] with suggestions, if there is none.
     pub fn find_shape(&self, id: &str) -> Result<usize, NameError> {
         find("shape", id, self.description().shapes.iter().map(|s| &s.id))
     }
 
-    /// The index of the implicit surface with a name, among implicit surfaces.
+    /// Index of the implicit surface with a name, among implicit surfaces.
     ///
     /// # Errors
-    /// A [`NameError`] that suggests names, if there is none.
+    /// A [`NameError`] with suggestions, if there is none.
     pub fn find_implicit(&self, id: &str) -> Result<usize, NameError> {
         find("implicit surface", id, self.description().implicits.iter().map(|s| &s.id))
     }
 
-    /// A shape that emits, or a constant environment.
+    /// An emitting shape, or a constant environment.
     pub(crate) fn find_emitter(&self, id: &str) -> Result<Emitter, NameError> {
         let shapes = &self.description().shapes;
         match &self.description().environment {
@@ -114,7 +115,7 @@ impl Scene {
         find_with("shape", id, all, "emits nothing", "that emit").map(Emitter::Shape)
     }
 
-    /// Refuses what has a radiance, where an intensity or an irradiance is asked for.
+    /// Refuses objects with a radiance where an intensity or irradiance is requested.
     fn check_no_emitter(&self, id: &str) -> Result<(), NameError> {
         let radiance = |what| Err(NameError::Radiance { id: id.to_owned(), what });
         match self.find_emitter(id) {
@@ -125,7 +126,7 @@ impl Scene {
         }
     }
 
-    /// A light in one point.
+    /// Index of a point, spot or projector light.
     pub(crate) fn find_point_light(&self, id: &str) -> Result<usize, NameError> {
         self.check_no_emitter(id)?;
         let lights = self.description().lights.iter();
@@ -133,7 +134,7 @@ impl Scene {
         find_with("light", id, all, "is no point light", "that are")
     }
 
-    /// A directional light.
+    /// Index of a directional light.
     pub(crate) fn find_directional_light(&self, id: &str) -> Result<usize, NameError> {
         self.check_no_emitter(id)?;
         let lights = self.description().lights.iter();
@@ -141,7 +142,7 @@ impl Scene {
         find_with("light", id, all, "is no directional light", "that are")
     }
 
-    /// A material of constant reflectance.
+    /// Index of a material with constant reflectance.
     pub(crate) fn find_plain(&self, id: &str) -> Result<usize, NameError> {
         let lacks = "has a texture, not one reflectance";
         self.find_material_with(id, lacks, "without a texture", |bsdf| {
@@ -149,7 +150,7 @@ impl Scene {
         })
     }
 
-    /// A material with a texture, and the texture.
+    /// Indices of a textured material and its texture.
     pub(crate) fn find_textured(&self, id: &str) -> Result<(usize, usize), NameError> {
         let texture = |bsdf: &Bsdf| match bsdf.reflectance() {
             Reflectance::Texture(texture) => Some(*texture),
@@ -161,7 +162,7 @@ impl Scene {
         Ok((index, found.expect("a material with a texture was asked for")))
     }
 
-    /// A material with a roughness.
+    /// Index of a material with a roughness.
     pub(crate) fn find_rough(&self, id: &str) -> Result<usize, NameError> {
         self.find_material_with(id, "has no roughness", "with one", |bsdf| bsdf.roughness().is_some())
     }
@@ -195,7 +196,7 @@ fn find<'a>(
     Err(NameError::Unknown { what, id, known })
 }
 
-/// The same among things of which some are of a kind.
+/// Lookup among objects of which some have a property.
 fn find_with<'a>(
     what: &'static str,
     id: &str,

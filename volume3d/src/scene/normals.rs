@@ -3,24 +3,24 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// One corner of a triangle with computed normals.
+/// Corners of a triangle with computed normals.
 #[derive(Clone, Copy, Debug)]
 struct Corners {
     positions: [u32; 3],
     normals: [u32; 3],
 }
 
-/// How computed normals follow from positions: n = normalise(Σ α_c n_c) over the corners c at a vertex, with
+/// Dependence of computed normals on positions: n = normalise(Σ α_c n_c) over the corners c at a vertex, with
 /// α_c the angle of the corner and n_c the normal of its face (Thürmer and Wüthrich 1998).
 ///
-/// Where the sum is 0, so is the normal, and the face's own shades.
+/// If the sum is 0, so is the normal, and the face's own normal is used for shading.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct VertexNormals {
     triangles: Vec<Corners>,
-    /// Which normals are computed.
+    /// Ranges of computed normals.
     ranges: Vec<(u32, u32)>,
-    /// The corners that each of them is a mean over: those from `first[i]` to `first[i + 1]`, as three times a triangle
-    /// and which corner of it.
+    /// Corners that contribute to each of them: those from `first[i]` to `first[i + 1]`, encoded as three
+    /// times the triangle plus the corner.
     first: Vec<u32>,
     corners: Vec<u32>,
 }
@@ -72,7 +72,7 @@ impl VertexNormals {
         self.each(sums, |corners| self.sum(positions, corners));
     }
 
-    /// Gives each computed normal what a function makes of its corners.
+    /// Sets each computed normal to a function of its corners.
     fn each(&self, normals: &mut [DVec3], f: impl Fn(&[u32]) -> DVec3 + Sync) {
         let mut first = &self.first[..];
         for &(a, b) in &self.ranges {
@@ -92,7 +92,7 @@ impl VertexNormals {
         corners.iter().map(weighted).sum()
     }
 
-    /// The rates of the computed normals, from those of the positions.
+    /// Rates of the computed normals, from those of the positions.
     pub(crate) fn tangent(&self, positions: &[DVec3], rates: &[DVec3], normals: &mut [DVec3]) {
         let mut sums = vec![DVec3::ZERO; normals.len()];
         self.sums(positions, &mut sums);
@@ -115,11 +115,11 @@ impl VertexNormals {
         }
     }
 
-    /// The transpose of [`tangent`](Self::tangent): adds to the positions' covectors what the normals' imply.
+    /// Transpose of [`tangent`](Self::tangent): adds to the positions' covectors.
     pub(crate) fn transpose(&self, positions: &[DVec3], normals: &[DVec3], covectors: &mut [DVec3]) {
         let mut sums = vec![DVec3::ZERO; normals.len()];
         self.sums(positions, &mut sums);
-        // Normalising is symmetric: its own transpose.
+        // The Jacobian of normalisation is symmetric, its own transpose.
         let sum_covectors: Vec<DVec3> =
             sums.iter().zip(normals).map(|(&s, &c)| normalized_tangent(s, c)).collect();
         for t in &self.triangles {
@@ -138,7 +138,7 @@ impl VertexNormals {
     }
 }
 
-/// d normalise(s) along ṡ.
+/// Derivative of normalise(s) along ṡ.
 fn normalized_tangent(s: DVec3, rate: DVec3) -> DVec3 {
     let length = s.length();
     if length > 0.0 {
@@ -149,11 +149,11 @@ fn normalized_tangent(s: DVec3, rate: DVec3) -> DVec3 {
     }
 }
 
-/// A triangle's normal and angles.
+/// Normal and angles of a triangle.
 struct Face {
     /// p_{k+1} − p_k.
     edges: [DVec3; 3],
-    /// e₀ × e₁ without normalisation: twice the area.
+    /// e₀ × e₁, unnormalised: twice the area.
     cross: DVec3,
     normal: DVec3,
 }
@@ -173,8 +173,8 @@ impl Face {
         self.cross.length().atan2(a.dot(b))
     }
 
-    /// ∂α_k/∂a and ∂α_k/∂b for the two edges a = e_k, b = −e_{k+2} that leave corner k: turning an edge by an
-    /// angle φ in the plane turns its end by φ|edge| across it.
+    /// ∂α_k/∂a and ∂α_k/∂b for the two edges a = e_k, b = −e_{k+2} that leave corner k: rotating an edge by
+    /// an angle φ in the plane moves its end by φ|edge| orthogonally.
     fn angle_covectors(&self, k: usize) -> [DVec3; 2] {
         let (a, b) = (self.edges[k], -self.edges[(k + 2) % 3]);
         [-self.normal.cross(a) / a.length_squared(), self.normal.cross(b) / b.length_squared()]
@@ -209,7 +209,7 @@ mod tests {
 
     use super::*;
 
-    /// A tetrahedron and a triangle of zero area on it.
+    /// A tetrahedron, and a triangle of zero area on it.
     fn mesh() -> (Vec<DVec3>, VertexNormals) {
         let positions = vec![
             DVec3::new(0.1, 0.0, -0.2),

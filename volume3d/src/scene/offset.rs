@@ -1,28 +1,28 @@
-//! The origin of a scene's internal coordinates.
+//! Origin of a scene's internal coordinates.
 //!
-//! Map coordinates are large, and their differences small: sums and products lose the digits that matter.
-//! So the origin is moved to the surfaces, and subtracted from all positions. Users read and write the
+//! Map coordinates are large and their differences small: sums and products lose the significant digits. The
+//! origin is therefore moved to the surfaces and subtracted from all positions. The public interface uses the
 //! coordinates of the description, which is kept unchanged.
 //!
-//! Along each axis, let s be the size of the box around all surfaces, m its middle, and q ≥ s a power of
-//! two. If
-//! |m| > 64 q, the origin moves by c, the multiple of q next to m. Every point p of a triangle has |p − m| ≤ s/2,
-//! and |c − m| ≤ q/2, so that p and c are within a factor of 65/63 of one another and p − c is exact
-//! (Sterbenz 1974, theorem 4.3.1). Other positions are rounded to 2⁻⁵³ of their distance from the surfaces,
-//! as the first ray from there would round them.
+//! Along each axis, let s be the size of the bounding box of all surfaces, m its centre, and q ≥ s a power of
+//! two. If |m| > 64 q, the origin moves by c, the multiple of q nearest to m. Every point p of a triangle has
+//! |p − m| ≤ s/2, and |c − m| ≤ q/2, so that p and c are within a factor of 65/63 of one another and p − c is
+//! exact (Sterbenz 1974, theorem 4.3.1). Other positions are rounded to 2⁻⁵³ of their distance from the
+//! surfaces, as the first ray from there would round them.
 
 use flatland::sdf::Sdf as _;
 use glam::DVec3;
 
 use super::{Camera, Description, ImplicitShape, Light};
 
-/// Scenes within this many of their sizes from the origin are not moved: at most six of 53 bits are lost.
+/// Distance from the origin, in scene sizes, up to which a scene is not moved: at most six of 53 bits are
+/// lost.
 const NEAR: f64 = 64.0;
 
 /// Camera, implicit surfaces and lights in internal coordinates.
 #[derive(Debug)]
 pub(super) struct Placed {
-    /// Their origin, in the coordinates of the description.
+    /// Origin of the internal coordinates, in the coordinates of the description.
     pub(super) offset: DVec3,
     pub(super) camera: Camera,
     pub(super) implicits: Vec<ImplicitShape>,
@@ -39,7 +39,7 @@ impl Placed {
     }
 }
 
-/// Where the origin of a scene's own coordinates is.
+/// Origin of the internal coordinates of a description.
 pub(super) fn offset(description: &Description) -> DVec3 {
     let corners = description.shapes.iter().flat_map(|shape| {
         let (triangles, positions) = (shape.mesh.triangles(), shape.mesh.positions());
@@ -92,14 +92,14 @@ mod tests {
         d
     }
 
-    /// What p − c is too large or too small by, exactly (Knuth's sum of two numbers).
+    /// The exact rounding error of p − c (Knuth's two-sum).
     fn error(p: f64, c: f64) -> f64 {
         let difference = p - c;
         let back = difference - p;
         (p - (difference - back)) - (c + back)
     }
 
-    /// At all sizes and distances, along each axis by itself; and what is near the origin stays.
+    /// For all sizes and distances, along each axis separately; scenes near the origin stay.
     #[test]
     fn subtracting_the_offset_is_exact() {
         let mut rng = stream(71, &[]);

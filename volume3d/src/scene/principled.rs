@@ -1,66 +1,66 @@
-//! The principled models and their numbers.
+//! The principled BSDFs and their parameters.
 
 use super::value::{Reflectance, Value};
 
-/// The principled model of Burley (2012, 2015): of numbers in a scene, or as they are at a point. Numbers are in [0, 1] unless
-/// told.
+/// The principled BSDF of Burley (2012, 2015), with parameters of a scene, or evaluated at a point.
+/// Parameters are in [0, 1] unless stated otherwise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Principled<V = Value> {
-    /// The colour of the base, of metal, and, its square root, of what is refracted.
+    /// Base colour, of the diffuse and metallic lobes; its square root tints refracted light.
     pub base_color: Reflectance,
     /// r; α is r², and at least 10⁻³.
     pub roughness: V,
-    /// a: with s = √(1 − 0.9 a), α is r²/s along u, the first texture coordinate, and r² s across it. Without texture
-    /// coordinates it is 0.
+    /// a: with s = √(1 − 0.9 a), α is r²/s along u, the first texture coordinate, and r² s orthogonally. 0
+    /// without texture coordinates.
     pub anisotropic: V,
-    /// How much of it is metal.
+    /// Weight of the metallic model.
     pub metallic: V,
-    /// The index of refraction over that of the outside, above 0 and not 1.
+    /// Index of refraction relative to the outside, positive and not 1.
     pub eta: f64,
-    /// How much of the dielectric's reflection has the base's hue.
+    /// Amount of the base's hue in the dielectric reflection.
     pub spec_tint: V,
-    /// How much light passes, of what is not metal.
+    /// Transmission, as a fraction of the dielectric part.
     pub spec_trans: V,
     /// Sheen at grazing angles.
     pub sheen: V,
-    /// How much of it has the base's hue.
+    /// Amount of the base's hue in the sheen.
     pub sheen_tint: V,
-    /// How much the base looks as if light were scattered below the surface.
+    /// Weight of the approximation of subsurface scattering.
     pub flatness: V,
-    /// A second, colourless lobe.
+    /// Weight of a second, colourless lobe.
     pub clearcoat: V,
-    /// How narrow it is: α goes from 0.1 to 0.001.
+    /// Gloss of the clear coat: α from 0.1 (at 0) to 0.001 (at 1).
     pub clearcoat_gloss: V,
 }
 
-/// The principled model of a sheet (Burley 2015): of numbers in a scene, or as they are at a point. Numbers are in [0, 1]
-/// unless told.
+/// The principled BSDF of a thin sheet (Burley 2015), with parameters of a scene, or evaluated at a point.
+/// Parameters are in [0, 1] unless stated otherwise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PrincipledThin<V = Value> {
-    /// The colour of the base and of what passes.
+    /// Base colour, also of transmitted light.
     pub base_color: Reflectance,
     /// r; α is r², and at least 10⁻³.
     pub roughness: V,
-    /// As of [`Principled`].
+    /// As in [`Principled`].
     pub anisotropic: V,
-    /// The index of refraction, above 0 and not 1.
+    /// Index of refraction, positive and not 1.
     pub eta: f64,
-    /// How much of what facets reflect has the base's hue.
+    /// Amount of the base's hue in specular reflection.
     pub spec_tint: V,
-    /// How much is reflected or passed by facets, and not diffusely.
+    /// Fraction that is reflected or transmitted specularly instead of diffusely.
     pub spec_trans: V,
-    /// How much of diffuse light passes: in [0, 2], where 2 is all.
+    /// Diffuse transmission in [0, 2], where 2 transmits everything.
     pub diff_trans: V,
     /// Sheen at grazing angles.
     pub sheen: V,
-    /// How much of it has the base's hue.
+    /// Amount of the base's hue in the sheen.
     pub sheen_tint: V,
-    /// How much the base looks as if light were scattered below the surface.
+    /// Weight of the approximation of subsurface scattering.
     pub flatness: V,
 }
 
 impl<V: Copy> Principled<V> {
-    /// The same with other numbers: `map(Value::Constant)` makes a material of numbers.
+    /// Maps all parameters: `map(Value::Constant)` turns numbers into material parameters.
     #[must_use]
     pub fn map<W>(&self, mut f: impl FnMut(V) -> W) -> Principled<W> {
         Principled {
@@ -79,7 +79,7 @@ impl<V: Copy> Principled<V> {
         }
     }
 
-    /// All numbers by their names, and the most that each may be.
+    /// Names, values and upper bounds of all parameters.
     pub(crate) fn values(&self) -> Vec<(&'static str, V, f64)> {
         vec![
             ("roughness", self.roughness, 1.0),
@@ -97,7 +97,7 @@ impl<V: Copy> Principled<V> {
 }
 
 impl<V: Copy> PrincipledThin<V> {
-    /// The same with other numbers, as of [`Principled`].
+    /// Maps all parameters, as in [`Principled::map`].
     #[must_use]
     pub fn map<W>(&self, mut f: impl FnMut(V) -> W) -> PrincipledThin<W> {
         PrincipledThin {
@@ -114,7 +114,7 @@ impl<V: Copy> PrincipledThin<V> {
         }
     }
 
-    /// All numbers by their names, and the most that each may be.
+    /// Names, values and upper bounds of all parameters.
     pub(crate) fn values(&self) -> Vec<(&'static str, V, f64)> {
         vec![
             ("roughness", self.roughness, 1.0),

@@ -1,4 +1,4 @@
-//! Rays through a scene.
+//! Ray queries of a scene.
 
 use glam::DVec3;
 
@@ -7,25 +7,24 @@ use super::hit::{Hit, Surface};
 use super::trace_counts::count_traced;
 use crate::geometry::{self, ROUNDING, Ray, Shadows, Sheaf};
 
-/// Distances below this part of the scene's coordinates are rounding: a ray that leaves a surface starts
-/// there. The hit is recomputed in double precision, whose own error is a hundred times less. It is one
-/// number for all rays, and so that of the largest coordinate: what hides light from so near is a detail that
-/// the scene's coordinates hardly have.
+/// Distance, relative to the scene's largest coordinate, that counts as rounding: a ray that leaves a surface
+/// starts there. Hits are recomputed in double precision, whose own error is a hundred times less. It is one
+/// number for all rays; an occluder closer than that is below the resolution of the scene's coordinates.
 const NEAR: f64 = 1e-13;
 
-/// A shadow ray ends this part before the light: the light itself must not be in its own way. Rounding of the
-/// distance is a part in 10¹⁶ of it, and that of coordinates has [`rounding`](Scene::rounding).
+/// Fraction by which a shadow ray ends before the light, which must not occlude itself. Distances are rounded
+/// to 10⁻¹⁶, and coordinates to [`rounding`](Scene::rounding).
 pub(crate) const SHORT: f64 = 1e-10;
 
 impl Scene {
-    /// The nearest hit along a ray that starts on a surface, which it does not hit there, or of the camera, which may not see
-    /// what emits.
+    /// Nearest hit of a ray that starts on a surface, which it does not hit there, or of a camera ray, to
+    /// which emitters may be invisible.
     #[inline]
     pub(crate) fn closest(&self, origin: DVec3, direction: DVec3, from: Option<Surface>) -> Option<Hit> {
         self.closest_beside(origin, direction, from, None)
     }
 
-    /// The same where an implicit surface is known to be nowhere on the ray.
+    /// [`closest`](Self::closest), given an implicit surface that the ray is known not to hit.
     #[inline]
     pub(crate) fn closest_beside(
         &self,
@@ -45,14 +44,14 @@ impl Scene {
         hit
     }
 
-    /// Whether a ray of the camera passes all meshes.
+    /// Whether a camera ray misses all meshes.
     pub(crate) fn passes_meshes(&self, origin: DVec3, direction: DVec3) -> bool {
         count_traced(1);
         let ray = Ray { origin, direction, near: 0.0, far: f64::INFINITY, from: None };
         !self.accelerator.occluded(&ray)
     }
 
-    /// What the camera sees where its ray meets shapes that emit, which it passes.
+    /// Hit of a camera ray past emitting shapes that are invisible to the camera.
     fn past_emitters(&self, origin: DVec3, direction: DVec3, mut hit: Option<Hit>) -> Option<Hit> {
         while let Some(Hit { surface, distance, .. }) = hit
             && self.is_emitter(surface)
@@ -63,14 +62,15 @@ impl Scene {
         hit
     }
 
-    /// The nearest hit that is farther away than a distance.
+    /// Nearest hit beyond a distance.
     pub(crate) fn beyond(&self, origin: DVec3, direction: DVec3, near: f64) -> Option<Hit> {
         count_traced(1);
         let ray = Ray { origin, direction, near, far: f64::INFINITY, from: None };
         self.or_implicit(self.accelerator.closest(&ray).map(Hit::from), origin, direction, None, near, None)
     }
 
-    /// Whether anything is in the way between the distances `near` and `far`, the latter less rounding.
+    /// Whether anything occludes the ray between the distances `near` and `far`, the latter reduced by
+    /// rounding.
     pub(crate) fn blocked(&self, origin: DVec3, direction: DVec3, near: f64, far: f64) -> bool {
         count_traced(1);
         let far = self.short_of(far);
@@ -78,7 +78,7 @@ impl Scene {
             || self.closest_implicit(origin, direction, None, (near, far), None).is_some()
     }
 
-    /// Whether the camera at `origin` does not see what is at a distance, less rounding.
+    /// Whether the camera at `origin` does not see a point at a distance, reduced by rounding.
     pub(crate) fn hidden_from_camera(&self, origin: DVec3, direction: DVec3, far: f64) -> bool {
         if !self.description.hide_emitters {
             return self.blocked(origin, direction, 0.0, far);
@@ -86,13 +86,13 @@ impl Scene {
         self.closest(origin, direction, None).is_some_and(|hit| hit.distance < self.short_of(far))
     }
 
-    /// Whether anything is in the way from x on a surface to what is at a distance.
+    /// Whether anything occludes a point at a distance from x on a surface.
     #[inline]
     pub(crate) fn shadowed(&self, x: DVec3, from: Surface, direction: DVec3, distance: f64) -> bool {
         self.shadowed_before(x, from, direction, distance, None)
     }
 
-    /// The same where what is at the distance is a point of a surface, of which no part is in the way.
+    /// [`shadowed`](Self::shadowed), where the point lies on a surface that does not occlude it.
     #[inline]
     pub(crate) fn shadowed_before(
         &self,
@@ -115,19 +115,19 @@ impl Scene {
                 && self.closest_implicit(x, direction, Some(from), (near, far), None).is_some()
     }
 
-    /// Which rays meet a mesh, as bits: as [`shadowed_before`](Self::shadowed_before) finds them one by one.
+    /// Bit masks of rays that hit a mesh, with the results of [`shadowed_before`](Self::shadowed_before).
     pub(crate) fn shadowed_sheaves(&self, shadows: &[Shadows<'_>; 2]) -> [u32; 2] {
         count_traced(shadows.iter().map(|shadows| shadows.sheaf.members.count_ones() as usize).sum());
         self.accelerator.occluded_sheaves(shadows)
     }
 
-    /// The nearest hits of meshes, where there are any: as [`closest`](Self::closest) finds them one by one.
+    /// Nearest mesh hits, if any, with the results of [`closest`](Self::closest).
     pub(crate) fn closest_sheaf(&self, sheaf: &Sheaf, hits: &mut [Option<geometry::Hit>; Sheaf::MOST]) {
         count_traced(sheaf.members.count_ones() as usize);
         self.accelerator.closest_sheaf(sheaf, hits);
     }
 
-    /// The nearest hits of many rays from one origin, as [`closest`](Self::closest) finds them one by one.
+    /// Nearest hits of many rays from one origin, with the results of [`closest`](Self::closest).
     pub(crate) fn closest_bundle(
         &self,
         origin: DVec3,
@@ -150,7 +150,7 @@ impl Scene {
         }
     }
 
-    /// A hit of a mesh, or the implicit surface before it.
+    /// A mesh hit, or a nearer hit of an implicit surface.
     #[inline]
     fn or_implicit(
         &self,
@@ -168,20 +168,21 @@ impl Scene {
         self.closest_implicit(origin, direction, from, (near, far), clear).or(hit)
     }
 
-    /// Lengths below this are rounding of what is computed.
+    /// Length below which computed differences are rounding.
     #[inline]
     pub(crate) fn rounding(&self) -> f64 {
         NEAR * self.extent
     }
 
-    /// How far what is given at a place may be from what is meant: a few roundings of its coordinates as they
-    /// were given, as of transforms.
+    /// Uncertainty of input positions at a point: a few roundings of the given coordinates, as caused by
+    /// transforms.
     #[inline]
     pub(crate) fn grain(&self, at: DVec3) -> f64 {
         ROUNDING * (at + self.offset()).abs().max_element()
     }
 
-    /// By how much a triangle may be turned by that, in radians: the grain over its least height.
+    /// Angle, in radians, by which that uncertainty may rotate a triangle: the grain divided by its least
+    /// height.
     pub(crate) fn tilt(&self, triangle: u32) -> f64 {
         let [a, b, c] = self.corners(triangle);
         let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
@@ -189,19 +190,19 @@ impl Scene {
         grain * longest / (b - a).cross(c - a).length()
     }
 
-    /// How far from its origin a ray starts, and which triangle it leaves.
+    /// Distance from its origin at which a ray starts, and the triangle that it leaves.
     #[inline]
     fn start(&self, from: Option<Surface>) -> (f64, Option<u32>) {
         match from {
             Some(Surface::Triangle(triangle)) => (self.rounding(), Some(triangle)),
-            // It may start within a mesh by the tolerance to which the surface was hit.
+            // It may start inside a mesh by the tolerance to which the surface was hit.
             Some(Surface::Implicit(_)) => (self.rounding(), None),
             None => (0.0, None),
         }
     }
 
-    /// Where a ray to a point ends: before the point by a part of the way, and by what rounding of coordinates may move
-    /// the point.
+    /// End of a ray to a point: before the point by a fraction of the distance and by the rounding of
+    /// coordinates.
     #[inline]
     pub(crate) fn short_of(&self, distance: f64) -> f64 {
         distance * (1.0 - SHORT) - self.rounding()

@@ -1,16 +1,16 @@
-//! Straight pieces of the curves at which what is seen may jump: edges of triangles, and crossings.
+//! Straight pieces of discontinuities: edges of triangles, and crossings.
 
 use flatland::calculus::{Number, Vec3};
 use glam::DVec3;
 
 use super::Scene;
 
-/// What a straight piece is made of.
+/// A straight piece of a discontinuity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Span {
-    /// From one position to another.
+    /// A segment between two positions.
     Edge([u32; 2]),
-    /// Where two triangles pass through one another, by its index.
+    /// A crossing, by index.
     Crossing(u32),
 }
 
@@ -23,7 +23,7 @@ impl Span {
         }
     }
 
-    /// A part of the way from the first end to the second, in numbers, from the positions of vertices.
+    /// A point at a position along the piece, over numbers, from the positions of vertices.
     pub(crate) fn point<T: Number>(
         self,
         scene: &Scene,

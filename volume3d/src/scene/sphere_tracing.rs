@@ -1,5 +1,5 @@
-//! Rays that meet implicit surfaces: sphere tracing (Hart 1996), with longer steps where second derivatives are bounded (Kalra and
-//! Barr 1989).
+//! Sphere tracing of implicit surfaces (Hart 1996), with longer steps where second derivatives are bounded
+//! (Kalra and Barr 1989).
 
 use flatland::sdf::fields::MeanPoint;
 use flatland::sdf::{End, Jet, Tracer};
@@ -10,25 +10,26 @@ use super::hit::{Hit, Surface};
 use super::implicit::{Implicit, ImplicitShape, Placement};
 use super::trace_counts::TraceCounts;
 
-/// A ray that leaves an implicit surface starts at this part of the surface's size, where φ has risen above rounding. What
-/// is nearer than that, in its own folds, it does not see.
+/// Start of a ray that leaves an implicit surface, relative to the surface's size, where φ exceeds rounding.
+/// Parts of the surface nearer than that, in its own folds, are not seen.
 const LEAVING: f64 = 1e-4;
 
-/// A step to where φ is less by more than this part of what it was than it must be: the slope on the way was above its bound.
+/// Relative amount by which φ may fall below its lower bound in a step before the slope counts as above its
+/// bound.
 const STEEP: f64 = 1e-6;
 
-/// On surfaces |∇φ| must not be less, as fields take it for the speed of level sets there.
+/// Least |∇φ| on surfaces, as fields use it for the speed of level sets there.
 const FLAT: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
-/// So often is φ looked at to tell that a ray is clear of a surface.
+/// Largest number of evaluations of φ to prove that a ray is clear of a surface.
 const LOOKS: usize = 64;
 
-/// The tolerance, an angle and a part of the size, within which roots are looked for, however small that of
-/// fields is: rays inside an outline need fewer steps so.
+/// Tolerance, an angle and relative to the size, within which roots are searched if that of fields is
+/// smaller: rays inside an outline then need fewer steps.
 const ROOTS: f64 = 1e-6;
 
-/// A point is on a surface where |φ| is at most this part of how far away it is, of the surface's size, or of
-/// the ray's coordinates in those of the surface, whichever is most.
+/// Value of |φ| that counts as zero, relative to the largest of distance, surface size and local coordinates
+/// of the ray.
 const EXACT: f64 = 1e-12;
 
 /// See [`ROOTS`].
@@ -36,7 +37,7 @@ fn root_tolerance(tolerance: f64) -> f64 {
     tolerance.max(ROOTS)
 }
 
-/// The part of a ray on which a surface may be.
+/// The part of a ray on which a surface may lie.
 #[derive(Clone, Copy)]
 struct Part {
     near: f64,
@@ -44,7 +45,7 @@ struct Part {
 }
 
 impl Scene {
-    /// What tracing implicit surfaces has met since the scene was made, or was last given meshes of another topology.
+    /// Counts of lost rays since the scene was made, or was last given meshes of another topology.
     #[must_use]
     pub fn trace_counts(&self) -> TraceCounts {
         self.trace_counters.get()
@@ -55,7 +56,8 @@ impl Scene {
         self.trace_counters.count_out_of_steps();
     }
 
-    /// The nearest implicit surface along a ray between two distances, but for one that is known to be nowhere on it.
+    /// Nearest hit with an implicit surface along a ray between two distances, except one that the ray is
+    /// known not to hit.
     pub(crate) fn closest_implicit(
         &self,
         origin: DVec3,
@@ -81,7 +83,8 @@ impl Scene {
         nearest
     }
 
-    /// Where a ray meets an implicit surface, of which its field has found the end, and whether |∇φ| is too small there; nothing if the end does not tell.
+    /// Distance of a ray's hit with an implicit surface, from the end of the ray found by its field, and
+    /// whether |∇φ| is too small there; `None` if the end does not determine it.
     pub(crate) fn hit_at_end(
         &self,
         implicit: u32,
@@ -98,7 +101,7 @@ impl Scene {
                 let shape = &self.implicits()[implicit as usize];
                 let ray = LocalRay::new(shape, origin, direction, self.implicit_size(implicit));
                 let tolerance = self.description.tracer.tolerance;
-                // Of what is far away and small, the end may be nearer to another root.
+                // For a small, distant object the end may be nearer to another root.
                 if tolerance * point.last > root_tolerance(tolerance) * ray.size {
                     return None;
                 }
@@ -112,17 +115,17 @@ impl Scene {
         }
     }
 
-    /// Counts a hit where |∇φ| is too small.
+    /// Counts a hit with too small |∇φ|.
     pub(crate) fn count_too_flat(&self) {
         self.trace_counters.count_too_flat();
     }
 
-    /// How far from its origin a ray starts that leaves an implicit surface.
+    /// Start distance of a ray that leaves an implicit surface.
     pub(crate) fn leaving(&self, implicit: u32) -> f64 {
         LEAVING * self.implicit_size(implicit)
     }
 
-    /// The distance beyond which nothing of a surface is seen from a point.
+    /// Distance beyond which nothing of a surface is visible from a point.
     pub(crate) fn far_of(&self, implicit: u32, origin: DVec3) -> f64 {
         match self.implicit_bounds[implicit as usize] {
             Some((low, high)) => (0.5 * (low + high) - origin).length() + 0.5 * (high - low).length(),
@@ -130,7 +133,7 @@ impl Scene {
         }
     }
 
-    /// Half the diagonal of its box, or that of the scene's if it has none.
+    /// Half the diagonal of the surface's box, or of the scene's if it has none.
     pub(crate) fn implicit_size(&self, implicit: u32) -> f64 {
         match self.implicit_bounds[implicit as usize] {
             Some((low, high)) => 0.5 * (high - low).length(),
@@ -138,8 +141,9 @@ impl Scene {
         }
     }
 
-    /// Whether a surface is so many radians or more from a part of a ray, as seen from its origin: φ > c t all along, which few looks at φ
-    /// tell of most rays that leave the surface. False where these do not tell.
+    /// Whether a surface is at least `angle` radians from a part of a ray, as seen from its origin: φ > c t
+    /// all along, which a few evaluations of φ prove for most rays that leave the surface. False if they do
+    /// not.
     pub(crate) fn keeps_away(
         &self,
         implicit: u32,
@@ -150,9 +154,9 @@ impl Scene {
         let index = implicit as usize;
         let shape = &self.implicits()[index];
         let ray = LocalRay::new(shape, origin, direction, self.implicit_size(implicit));
-        // φ − c t falls the faster.
+        // φ − c t decreases faster by that.
         let ray = LocalRay { slope: ray.slope + angle, ..ray };
-        // Only in the box are second derivatives bounded.
+        // Second derivatives are bounded only within the box.
         let part = self.part(index, origin, direction, Part { near, far });
         let leaves = part.map_or(near, |part| part.far) / ray.scale;
         let (mut t, far) = (near / ray.scale, far / ray.scale);
@@ -160,7 +164,7 @@ impl Scene {
         for _ in 0..LOOKS {
             let (value, slope) = ray.look(t);
             let (value, slope) = (value - angle * t, slope - angle);
-            // A slope above its bound tells nothing: the ray is to be followed.
+            // A slope above its bound proves nothing: the ray must be traced.
             let is_above = value > 0.0 && value >= least;
             if !is_above {
                 return false;
@@ -176,23 +180,24 @@ impl Scene {
         false
     }
 
-    /// What of a part of a ray is within the surface's box.
+    /// Intersection of a part of a ray with the surface's box.
     fn part(&self, index: usize, origin: DVec3, direction: DVec3, part: Part) -> Option<Part> {
         let Some((low, high)) = self.implicit_bounds[index] else {
             return Some(Part { far: part.far.min(self.description.tracer.far), ..part });
         };
         let inverse = direction.recip();
         let (a, b) = ((low - origin) * inverse, (high - origin) * inverse);
-        // NaN arises where a ray runs within a face of the box: max and min then drop it.
+        // A ray within a face plane of the box gives NaN, which max and min drop.
         let (enter, leave) = (a.min(b), a.max(b));
         let near = enter.x.max(enter.y).max(enter.z).max(part.near);
         let far = leave.x.min(leave.y).min(leave.z).min(part.far);
         (near <= far).then_some(Part { near, far })
     }
 
-    /// How far away the surface is.
+    /// Distance to the surface.
     ///
-    /// A ray that passes it within the tracer's tolerance is no hit: where it is nearest, ∇φ·ω is 0, and what hits move by infinite.
+    /// A ray that passes it within the tracer's tolerance is not a hit: at its nearest point ∇φ·ω is 0, and
+    /// hit points would move with infinite speed.
     fn march(&self, ray: &LocalRay<'_>, part: Part) -> Option<f64> {
         let Tracer { tolerance, max_steps, step_scale, .. } = self.description.tracer;
         let (near, far) = (part.near / ray.scale, part.far / ray.scale);
@@ -204,11 +209,12 @@ impl Scene {
         for _ in 0..max_steps {
             let (value, slope) = ray.look(t);
             steep |= value < least;
-            // Of what is far away and small, the tolerance may be more than its parts are apart: the next root is looked for where only one is near.
+            // For a small, distant object the tolerance may exceed the spacing of its parts: a root is
+            // searched only where a single one is near.
             if value <= root_tolerance(tolerance) * t.min(ray.size) {
                 let (root, there) = ray.polished(t, near);
                 if value <= 0.0 || there.value.abs() <= EXACT * ray.largest().max(root) {
-                    // It may be beyond the end: a light, or the point that is looked for.
+                    // It may be beyond the end: a light, or the target point.
                     end = (root < far).then_some(root * ray.scale);
                     flat = end.is_some() && there.gradient.length() < FLAT;
                     out_of_steps = false;
@@ -237,7 +243,7 @@ impl Scene {
     }
 }
 
-/// A ray in the coordinates of a surface, where distances are those of the world by its scale.
+/// A ray in the coordinates of a surface, with distances divided by the placement's scale.
 struct LocalRay<'a> {
     surface: &'a dyn Implicit,
     origin: DVec3,
@@ -251,7 +257,7 @@ struct LocalRay<'a> {
 }
 
 impl<'a> LocalRay<'a> {
-    /// Of a ray of the world, and the size of the shape there.
+    /// From a world ray, and the size of the shape in the world.
     fn new(shape: &'a ImplicitShape, origin: DVec3, direction: DVec3, size: f64) -> Self {
         let Placement { scale, rotation, translation } = shape.placement;
         let turn = rotation.transpose();
@@ -261,8 +267,8 @@ impl<'a> LocalRay<'a> {
         Self { surface, origin, direction: turn * direction, scale, size: size / scale, slope, bend }
     }
 
-    /// What rounding of φ is relative to: the size of the surface, and the coordinates of where the ray
-    /// begins.
+    /// Magnitude to which rounding of φ is relative: the size of the surface, or the coordinates of the ray's
+    /// origin.
     fn largest(&self) -> f64 {
         self.size.max(self.origin.abs().max_element())
     }
@@ -271,7 +277,7 @@ impl<'a> LocalRay<'a> {
         self.origin + self.direction * t
     }
 
-    /// φ, and φ′ if it is of use.
+    /// φ, and φ′ if it is needed.
     fn look(&self, t: f64) -> (f64, f64) {
         if self.bend == f64::INFINITY {
             return (self.surface.value(self.at(t)), -self.slope);
@@ -280,10 +286,10 @@ impl<'a> LocalRay<'a> {
         (jet.value, jet.gradient.dot(self.direction))
     }
 
-    /// How far it is at least to a root: the farther of what the two bounds say.
+    /// Lower bound on the distance to a root: the larger one from the two bounds.
     fn step(&self, value: f64, slope: f64) -> f64 {
         let straight = value / self.slope;
-        // Where φ + φ′ t − M t²/2 is negative already, its root is nearer.
+        // If φ + φ′ t − M t²/2 is negative at that distance, its root is nearer.
         if value + (slope - 0.5 * self.bend * straight) * straight <= 0.0 {
             return straight;
         }
@@ -293,13 +299,13 @@ impl<'a> LocalRay<'a> {
         straight.max(bent)
     }
 
-    /// What φ must at least be after a step.
+    /// Lower bound on φ after a step.
     fn least(&self, value: f64, slope: f64, step: f64) -> f64 {
         (value - self.slope * step).max(value + (slope - 0.5 * self.bend * step) * step)
     }
 
-    /// The root next to t, as exactly as Newton's method finds it, and φ and ∇φ there. Where there is none, or a kink, |φ|
-    /// does not halve at each step. None nearer than `near`: there the ray begins.
+    /// The root next to t, to the precision of Newton's method, with φ and ∇φ there. Stops when |φ| does not
+    /// halve in a step: at a kink, or without a root. Never nearer than `near`, the start of the ray.
     fn polished(&self, mut t: f64, near: f64) -> (f64, Jet<DVec3>) {
         let mut jet = self.surface.jet(self.at(t));
         while jet.value != 0.0 {

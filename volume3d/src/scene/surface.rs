@@ -1,4 +1,4 @@
-//! What is asked of a surface that was hit, whatever its kind.
+//! Properties of hit surfaces, independent of their kind.
 
 use flatland::sdf::Sdf as _;
 use glam::DVec3;
@@ -8,7 +8,7 @@ use super::hit::{Hit, MaterialPoint, Surface};
 use super::value::Reflectance;
 
 impl Scene {
-    /// The shape that a surface is a part of. Implicit surfaces are counted after all meshes.
+    /// Shape of a surface. Implicit surfaces are numbered after all meshes.
     #[inline]
     pub(crate) fn shape_of(&self, surface: Surface) -> u32 {
         match surface {
@@ -17,7 +17,7 @@ impl Scene {
         }
     }
 
-    /// The index of its material.
+    /// Index of its material.
     #[inline]
     pub(crate) fn material_of(&self, surface: Surface) -> usize {
         match surface {
@@ -26,7 +26,7 @@ impl Scene {
         }
     }
 
-    /// The unit normal of its front at a point of it; 0 where there is none. It is the same all over a triangle.
+    /// Unit normal of the front at a point; 0 if undefined. Constant over a triangle.
     #[inline]
     pub(crate) fn normal_of(&self, surface: Surface, at: DVec3) -> DVec3 {
         match surface {
@@ -35,13 +35,13 @@ impl Scene {
         }
     }
 
-    /// The unit normal of a triangle's front; 0 if it has no area.
+    /// Unit normal of a triangle's front; 0 if it has no area.
     #[inline]
     pub(crate) fn face_normal(&self, triangle: u32) -> DVec3 {
         self.area_vector(triangle).normalize_or_zero()
     }
 
-    /// Whether it is shaded by other normals than its own.
+    /// Whether it has shading normals other than the geometric one.
     pub(crate) fn has_shading_normals(&self, surface: Surface) -> bool {
         match surface {
             Surface::Triangle(triangle) => !self.triangles[triangle as usize].is_flat(),
@@ -55,20 +55,21 @@ impl Scene {
         self.description.shapes[self.shape_of(surface) as usize].radiance.is_some()
     }
 
-    /// The triangle, if a ray along a direction hits the front of one whose shape emits.
+    /// The triangle, if the ray hits the front of an emitting shape.
     #[inline]
     pub(crate) fn emitting(&self, hit: &Hit, direction: DVec3) -> Option<u32> {
         let Surface::Triangle(triangle) = hit.surface else { return None };
         (self.is_emitter(hit.surface) && self.area_vector(triangle).dot(direction) < 0.0).then_some(triangle)
     }
 
-    /// Whether all light passes it in a straight line: what is left is a boundary of media, or nothing.
+    /// Whether all light passes straight through: the surface is only a boundary of media, or invisible.
     pub(crate) fn is_clear(&self, surface: Surface) -> bool {
         let material = &self.description.materials[self.material_of(surface)];
         material.opacity == Some(Reflectance::Constant(DVec3::ZERO)) && material.back.is_none()
     }
 
-    /// The medium of the side of a surface to which a direction leaves it; where the surface bounds none, that around it.
+    /// Medium on the side of a surface to which a direction leaves it; the surrounding medium if the surface
+    /// bounds none.
     pub(crate) fn medium_towards(
         &self,
         surface: Surface,
@@ -83,14 +84,14 @@ impl Scene {
         }
     }
 
-    /// The point of matter of a triangle that was hit.
+    /// Material point of a hit triangle.
     #[inline]
     pub(crate) fn material_point(&self, triangle: u32, hit: &Hit) -> MaterialPoint {
         let corners = self.triangles[triangle as usize].positions;
         MaterialPoint(std::array::from_fn(|k| (corners[k], hit.coordinates[k])))
     }
 
-    /// Along the normal, of any length: (p₁ − p₀) × (p₂ − p₀).
+    /// Unnormalised normal: (p₁ − p₀) × (p₂ − p₀).
     #[inline]
     fn area_vector(&self, triangle: u32) -> DVec3 {
         let [a, b, c] = self.corners(triangle);

@@ -1,10 +1,10 @@
-//! Images as functions of texture coordinates.
+//! Textures.
 
 use glam::{DAffine2, DVec2, DVec3};
 
 use crate::geometry::Attribute;
 
-/// What a texture is outside [0, 1]².
+/// Continuation of a texture outside [0, 1]².
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wrap {
     /// Periodic.
@@ -12,15 +12,15 @@ pub enum Wrap {
     Repeat,
     /// Mirrored at every border.
     Mirror,
-    /// The border's colour.
+    /// Clamped to the border texels.
     Clamp,
 }
 
-/// An image looked up bilinearly: texel (i, j) has its centre at ((i + ½)/width, (j + ½)/height), and the
+/// An image with bilinear lookup: texel (i, j) has its centre at ((i + ½)/width, (j + ½)/height), and the
 /// first row is at the top, v = 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture {
-    /// Its name in messages and requests.
+    /// Name in messages and queries.
     pub id: String,
     /// Columns.
     pub width: usize,
@@ -28,18 +28,19 @@ pub struct Texture {
     pub height: usize,
     /// Linear RGB, row by row from the top.
     pub texels: Vec<DVec3>,
-    /// What it is outside [0, 1]².
+    /// Continuation outside [0, 1]².
     pub wrap: Wrap,
-    /// Applied to texture coordinates before the lookup.
+    /// Transform of texture coordinates before the lookup.
     pub to_uv: DAffine2,
 }
 
-/// How far texels in single precision may be from where a triangle's plane is, and corners from their texels.
+/// Tolerance for single-precision texels relative to a triangle's plane, and for corners relative to their
+/// texels.
 const ROUNDING: f64 = 1e-6;
 
 impl Texture {
-    /// Whether it has four texels a triangle, two by two, the fourth of them in the plane of the other three, which are at the
-    /// triangle's corners: so the numbers at the corners of a mesh are made a texture.
+    /// Whether it stores per-vertex values of a mesh: 2 × 2 texels per triangle, three at the triangle's
+    /// corners and the fourth in the plane of these.
     pub(crate) fn is_of_triangles(&self) -> bool {
         let Self { width, height, texels, .. } = self;
         let is_plane = |i: usize| {
@@ -53,12 +54,14 @@ impl Texture {
             && (0..texels.len()).filter(|&i| self.is_fourth(i)).all(is_plane)
     }
 
-    /// Whether a texel of such a texture is the fourth of its triangle, which may be outside of the range of the other three.
+    /// Whether a texel of such a texture is the fourth of its triangle, which may be outside the range of the
+    /// other three.
     pub(crate) fn is_fourth(&self, texel: usize) -> bool {
         texel % self.width % 2 == 1 && texel / self.width % 2 == 1
     }
 
-    /// Whether a mesh with these texture coordinates shows only what is between the first three of four texels.
+    /// Whether a mesh with these texture coordinates shows only the triangle between the first three of each
+    /// four texels.
     pub(crate) fn shows_triangles_only(&self, uvs: &Attribute<DVec2>) -> bool {
         let size = DVec2::new(self.width as f64, self.height as f64);
         uvs.triangles.iter().all(|triangle| {

@@ -1,24 +1,27 @@
-//! Counts of rays: of all, and of those at implicit surfaces that could not be followed.
+//! Counters of rays: of all rays, and of implicit-surface rays that were lost.
 
 use std::cell::Cell;
 use std::ops::{AddAssign, Sub};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// How many rays at implicit surfaces ended otherwise than by a hit or by leaving, those of warp fields included.
+/// Number of rays at implicit surfaces, those of warp fields included, that ended neither with a hit nor by
+/// leaving.
 ///
-/// Some run out of steps near silhouettes where second derivatives have no [bound](flatland::sdf::Sdf::second_derivative_bound): about one for 10,000 that hit a
-/// ball, with the default [`tracer`](super::Description::tracer); with a bound, as of cubic grids, hardly any. Warp fields lose as many. More of them bias image and
-/// gradient. The counts of an image or a gradient include what other
-/// threads do with the same scene meanwhile.
+/// Near silhouettes where second derivatives have no [bound](flatland::sdf::Sdf::second_derivative_bound)
+/// some rays run out of steps: about 1 per 10,000 hits of a ball, with the default
+/// [`tracer`](super::Description::tracer); with a bound, as for cubic grids, hardly any. Warp fields lose as
+/// many. Larger numbers bias image and gradient. The counts of an image or gradient include what other
+/// threads do with the same scene at the same time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TraceCounts {
     /// Rays that ran out of steps, and count as misses.
     pub out_of_steps: u64,
-    /// Rays that went through the surface by a step that its bound on |∇φ| allowed: it is too low, and other rays may have
-    /// passed through parts of it.
+    /// Rays that passed through the surface in a step permitted by its bound on |∇φ|: the bound is too low,
+    /// and other rays may have passed through parts of it unnoticed.
     pub too_steep: u64,
-    /// Rays that hit the surface where |∇φ| < √½: the field takes its silhouettes to be slower than they are, and
-    /// gradients are biased. Make φ a distance, by [`redistance`](crate::sdf::redistance()) or an eikonal term.
+    /// Rays that hit the surface where |∇φ| < √½: the field underestimates the speed of its silhouettes, and
+    /// gradients are biased. Make φ a distance, by [`redistance`](crate::sdf::redistance()) or an eikonal
+    /// term.
     pub too_flat: u64,
 }
 
@@ -42,20 +45,19 @@ impl Sub for TraceCounts {
 }
 
 thread_local! {
-    /// Rays that this thread has lost, in any scene.
+    /// Rays lost by this thread, in any scene.
     static LOST: Cell<u64> = const { Cell::new(0) };
-    /// Rays that it has traced.
+    /// Rays traced by this thread.
     static TRACED: Cell<u64> = const { Cell::new(0) };
 }
 
-/// Rays that this thread has ever lost for steps or slopes: the difference between two times is what was lost between them, which tells where on the
-/// film it was.
+/// Number of rays that this thread has lost so far: differences locate lost rays on the film.
 pub(crate) fn lost_by_this_thread() -> u64 {
     LOST.get()
 }
 
-/// Rays that this thread has ever traced through a scene: the difference between two times says how dear what it did between them was, the same on
-/// every machine.
+/// Number of rays that this thread has traced so far: differences measure cost, reproducibly on every
+/// machine.
 pub(crate) fn traced_by_this_thread() -> u64 {
     TRACED.get()
 }
@@ -69,8 +71,8 @@ fn count_lost() {
     LOST.set(LOST.get() + 1);
 }
 
-/// Counts that all threads add to. They are rare, so that threads do not wait for one another, and their sums do not depend
-/// on the order.
+/// Counters shared by all threads. Increments are rare, so that contention is low, and sums do not depend on
+/// the order.
 #[derive(Debug, Default)]
 pub(super) struct Counters {
     out_of_steps: AtomicU64,

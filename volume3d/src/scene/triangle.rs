@@ -1,35 +1,35 @@
-//! The triangles of a scene's table.
+//! Triangles of a scene.
 
 use glam::DVec3;
 
-/// No normal, or no texture coordinate.
+/// Index for no normal, or no texture coordinate.
 pub(crate) const NONE: u32 = u32::MAX;
 
 /// A triangle of the scene, by indices into the scene's tables.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Triangle {
     pub(crate) positions: [u32; 3],
-    /// [`NONE`] where the face's own normal shades.
+    /// [`NONE`] for the geometric normal.
     pub(crate) normals: [u32; 3],
-    /// [`NONE`] where there are no texture coordinates.
+    /// [`NONE`] without texture coordinates.
     pub(crate) uvs: [u32; 3],
     pub(crate) shape: u32,
 }
 
 impl Triangle {
-    /// Whether the face's own normal shades.
+    /// Whether it is shaded with its geometric normal.
     #[inline]
     pub(crate) fn is_flat(&self) -> bool {
         self.normals[0] == NONE
     }
 }
 
-/// Where the triangles of a scene are.
+/// Position and index tables of a scene's triangles.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tables<'s> {
     pub(crate) positions: &'s [DVec3],
     pub(crate) triangles: &'s [Triangle],
-    /// From where positions were given.
+    /// Origin of the input coordinates.
     pub(crate) origin: DVec3,
 }
 

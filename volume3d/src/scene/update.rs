@@ -1,18 +1,10 @@
-//! A scene whose parameters change, updated in place.
+//! In-place updates of a scene's parameters.
 //!
-//! What follows from a parameter is brought up to date, and nothing else: moved vertices move the hierarchy, or have it
-//! built anew where it has become too loose, and the computed normals, the kinds of edges and the crossings with it; a material
-//! has edges classified anew only if it gains or loses a texture; a light or the camera changes no geometry. Images and
-//! gradients are those of a scene built anew, bit for bit.
-//!
-//! Measured on 2 cores (`cargo bench -p volume3d --bench update`), all vertices of a sphere moved, and the same built anew:
-//!
-//! | triangles | moved | anew |
-//! |---|---|---|
-//! | 5,120, smooth | 0.0012 s | 0.0058 s |
-//! | 81,920, smooth | 0.012 s | 0.063 s |
-//! | 1,310,720, smooth | 0.15 s | 0.98 s |
-//! | 1,310,720, flat | 0.085 s | 0.82 s |
+//! Only data that depend on the changed parameter are updated. Moved vertices refit the hierarchy, or rebuild
+//! it if it has become too loose, and update computed normals, edge kinds and crossings; a material
+//! reclassifies edges only if it gains or loses a texture; a light or the camera changes no geometry. Images
+//! and gradients have the bits of those of a newly built scene. Moving all vertices takes 10 to 20 % of the
+//! time of [`Scene::new`].
 
 use std::sync::OnceLock;
 
@@ -26,15 +18,15 @@ use super::{Camera, Description, Environment, Film, ImplicitShape, Light, Materi
 use crate::geometry::{Mesh, Normals};
 
 impl Scene {
-    /// Gives shapes other meshes.
+    /// Replaces the meshes of shapes.
     ///
-    /// Meshes of the same topology as before, such as those of [`Mesh::with_positions`] and
-    /// [`Mesh::transformed`], take time proportional to the number of triangles in the scene, and that of a new hierarchy
-    /// where the old one has become too loose; others take that of [`Scene::new`]. Crossings are found again when they are next asked for.
+    /// Meshes of unchanged topology, such as those of [`Mesh::with_positions`] and [`Mesh::transformed`],
+    /// take time proportional to the number of triangles in the scene, plus a rebuild of the hierarchy if it
+    /// has become too loose; others take the time of [`Scene::new`]. Crossings are recomputed on demand.
     ///
     /// # Errors
-    /// A [`SceneError`] if a shape does not exist, if a position is not finite, if a textured one would have no texture
-    /// coordinates, or if there are too many vertices. The scene is then as before.
+    /// A [`SceneError`] if a shape does not exist, a position is not finite, a textured shape would have no
+    /// texture coordinates, or there are too many vertices. The scene is then unchanged.
     pub fn set_meshes(&mut self, meshes: impl IntoIterator<Item = (usize, Mesh)>) -> Result<(), SceneError> {
         let meshes: Vec<(usize, Mesh)> = meshes.into_iter().collect();
         let shapes = &self.description.shapes;
@@ -76,7 +68,7 @@ impl Scene {
         *self = Self::assemble(std::mem::replace(&mut self.description, nothing));
     }
 
-    /// Brings up to date what follows from the positions and given normals of some shapes.
+    /// Updates the data that depend on positions and given normals of some shapes.
     fn move_vertices(&mut self, shapes: &[usize]) {
         for &shape in shapes {
             let (positions, normals) = (self.position_range(shape), self.normal_range(shape));
@@ -97,7 +89,7 @@ impl Scene {
         self.crossings = OnceLock::new();
     }
 
-    /// Brings up to date which edges are creases.
+    /// Reclassifies creases.
     fn shade_edges(&mut self) {
         let coordinates = self.description.coordinates();
         let shading = Shading { normals: &self.normals, uvs: &self.uvs, coordinates: &coordinates };
@@ -107,11 +99,12 @@ impl Scene {
         self.derived.clear();
     }
 
-    /// Gives an implicit surface another form, place or material.
+    /// Replaces an implicit surface, its placement or its material.
     ///
     /// # Errors
-    /// A [`SceneError`] if it does not exist, its placement is no rotation with a positive scale, its material does not exist or
-    /// has a texture, its name is that of another, or the camera would be inside. The scene is then as before.
+    /// A [`SceneError`] if it does not exist, its placement is not a rotation with a positive scale, its
+    /// material does not exist or has a texture, its name is in use, or the camera would be inside. The scene
+    /// is then unchanged.
     pub fn set_implicit(&mut self, index: usize, shape: ImplicitShape) -> Result<(), SceneError> {
         let Description { implicits, shapes, materials, camera, .. } = &self.description;
         let old = self.existing("implicit surface", index, implicits)?;
@@ -129,11 +122,11 @@ impl Scene {
         Ok(())
     }
 
-    /// Looks from elsewhere, or with another field of view.
+    /// Replaces the camera.
     ///
     /// # Errors
-    /// A [`SceneError`] if the camera's frame is not orthonormal, its field of view out of range, or if it is inside an
-    /// implicit surface.
+    /// A [`SceneError`] if the camera's frame is not orthonormal, its field of view is out of range, or it is
+    /// inside an implicit surface.
     pub fn set_camera(&mut self, camera: Camera) -> Result<(), SceneError> {
         check::camera(&camera)?;
         self.description.implicits.iter().try_for_each(|shape| check::outside(shape, &camera))?;
@@ -143,7 +136,7 @@ impl Scene {
         Ok(())
     }
 
-    /// Has the image arise on another film.
+    /// Replaces the film.
     ///
     /// # Errors
     /// A [`SceneError`] if it has no pixels, or its filter is out of range.
@@ -153,11 +146,12 @@ impl Scene {
         Ok(())
     }
 
-    /// Replaces a material. Edges are shaded anew if it gains or loses a texture.
+    /// Replaces a material. Edges are reclassified if it gains or loses a texture.
     ///
     /// # Errors
-    /// A [`SceneError`] if it does not exist, a parameter is out of range, its texture does not exist, its name is that of
-    /// another, or a shape that has it lacks the texture coordinates that it needs. The scene is then as before.
+    /// A [`SceneError`] if it does not exist, a parameter is out of range, its texture does not exist, its
+    /// name is in use, or a shape with it lacks the necessary texture coordinates. The scene is then
+    /// unchanged.
     pub fn set_material(&mut self, index: usize, material: Material) -> Result<(), SceneError> {
         let Description { materials, textures, .. } = &self.description;
         let old = self.existing("material", index, materials)?;
@@ -178,7 +172,7 @@ impl Scene {
         Ok(())
     }
 
-    /// That whatever has a material, or a mixture of it, can have it.
+    /// Checks that a material, or a mixture of it, is admissible for everything that uses it.
     fn check_uses(&self, index: usize) -> Result<(), SceneError> {
         let Description { materials, shapes, implicits, .. } = &self.description;
         for (i, material) in materials.iter().enumerate() {
@@ -198,8 +192,8 @@ impl Scene {
     /// Replaces a texture.
     ///
     /// # Errors
-    /// A [`SceneError`] if it does not exist, has not as many texels as its size says, or one that is not finite, or if its name is
-    /// that of another.
+    /// A [`SceneError`] if it does not exist, the number of texels does not match its size, a texel is not
+    /// finite, or its name is in use.
     pub fn set_texture(&mut self, index: usize, texture: Texture) -> Result<(), SceneError> {
         let textures = &self.description.textures;
         let old = self.existing("texture", index, textures)?;
@@ -209,7 +203,7 @@ impl Scene {
         Ok(())
     }
 
-    /// Lets the front of a shape emit a radiance, linear RGB, or nothing.
+    /// Sets the radiance of a shape's front, linear RGB, or `None`.
     ///
     /// # Errors
     /// A [`SceneError`] if the shape does not exist, or the radiance is negative or not finite.
@@ -225,7 +219,7 @@ impl Scene {
     /// Replaces a light without a surface.
     ///
     /// # Errors
-    /// A [`SceneError`] if it does not exist, a parameter is out of range, or its name is that of another.
+    /// A [`SceneError`] if it does not exist, a parameter is out of range, or its name is in use.
     pub fn set_light(&mut self, index: usize, light: Light) -> Result<(), SceneError> {
         let lights = &self.description.lights;
         let old = self.existing("light", index, lights)?;
@@ -236,7 +230,7 @@ impl Scene {
         Ok(())
     }
 
-    /// Replaces what is seen where a ray leaves the scene.
+    /// Replaces the environment.
     ///
     /// # Errors
     /// A [`SceneError`] if a parameter is out of range, or its texture does not exist.

@@ -1,4 +1,4 @@
-//! Parameters of materials that may be textures.
+//! Material parameters that may be textured.
 
 use glam::DVec3;
 
@@ -11,7 +11,7 @@ pub enum Reflectance {
     Texture(usize),
 }
 
-/// A number of a material.
+/// A scalar parameter of a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Value {
     /// The same everywhere.
@@ -27,7 +27,7 @@ impl From<f64> for Value {
 }
 
 impl Value {
-    /// The number, if it is the same everywhere.
+    /// The value, if it is constant.
     #[must_use]
     pub fn constant(&self) -> Option<f64> {
         match *self {
@@ -43,7 +43,7 @@ impl Value {
         }
     }
 
-    /// Whether it is other than some number somewhere, as far as is known.
+    /// Whether it may differ from a value somewhere.
     pub(crate) fn may_differ_from(&self, value: f64) -> bool {
         *self != Self::Constant(value)
     }

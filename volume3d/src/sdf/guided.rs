@@ -1,4 +1,4 @@
-//! Networks themselves, which rays find by their grids.
+//! A neural SDF traced directly, accelerated by its baked grid.
 
 use flatland::sdf::shapes::{Parametric, ShapeError};
 use flatland::sdf::{Jet, Sdf, SecondOrder};
@@ -6,26 +6,29 @@ use glam::{DMat3, DVec3};
 
 use super::{Baked, Grid};
 
-/// What the greatest slope that was found beside the surface is multiplied by.
+/// Safety factor on the greatest slope found near the surface.
 const MARGIN: f64 = 1.25;
 
-/// A network itself, as rays are traced at: its grid g leads them to it, and beside the surface φ is the network's own.
+/// A neural SDF traced directly: its grid g guides rays to it, and near the surface φ is the network's own.
 ///
 /// ```text
 /// φ(x; θ) = g(x) + w(g(x)) (N(x; θ)/s − g(x)),   w = 1 where |g| ≤ h, 0 where |g| ≥ 3h, a quintic between,
 /// ```
 ///
-/// with h the grid's spacing and s the mean slope of the network N there. So the surface is that of the network, without the spline's
-/// deviation, as long as that is less than h; away from it φ is a distance, which the network is not, and costs a look at a grid.
-/// What of N is negative beyond 3h from the grid's surface is not seen, as it is not at the grid.
+/// with h the grid's spacing and s the mean slope of the network N at the surface. The surface is that of the
+/// network, without the spline's deviation, as long as that is less than h; away from it φ is a distance,
+/// which the network is not, at the cost of a grid. Parts where N is negative beyond 3h from the grid's
+/// surface are not seen, as with the grid.
 ///
-/// The parameters are the weights. With other weights there is another grid; in derivatives it stands still, which moves no
-/// surface, as g has no part in where φ is 0.
+/// The parameters are the weights. Other weights imply another grid; derivatives treat it as constant, which
+/// moves no surface, as g does not affect where φ is 0.
 ///
-/// The bound on |∇φ| is the grid's, or 1.25 times the greatest that was found at the nodes beside the surface, if that is more: no guarantee, and rays that find
-/// more are [counted](crate::scene::Scene::trace_counts). What it costs: of a trained network of 4 × 64 neurons with 4 frequencies on 32 cells a sample of a gradient took 2.3 ms
-/// on one thread, and on its grid 14 µs, as sphere tracing takes some hundred looks in all within 3h of the surface, each forty times as long as one at a
-/// grid. So fit on the grid, and finish on the network, if ever, in few steps with few pixels. Many transposes at once go through single precision, so that forward and reverse mode agree to that.
+/// The bound on |∇φ| is the grid's, or 1.25 times the greatest value found at the nodes near the surface, if
+/// that is more: not a guarantee; rays that find more are [counted](crate::scene::Scene::trace_counts). It is
+/// expensive: a gradient sample takes more than 100 times as long as on the grid, as sphere tracing evaluates
+/// the network some hundred times within 3h of the surface. Fit on the grid, and finish on the network, if at
+/// all, in few steps with few pixels. Batched transposes use single precision, to which forward and reverse
+/// mode agree.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Guided {
     baked: Baked,
@@ -41,7 +44,7 @@ struct Weight {
 }
 
 impl Guided {
-    /// The network that is on a grid.
+    /// From a baked network.
     #[must_use]
     pub fn new(baked: Baked) -> Self {
         let mut guided = Self { baked, slope_bound: 0.0 };
@@ -56,7 +59,7 @@ impl Guided {
         guided
     }
 
-    /// The network on its grid.
+    /// The baked network.
     #[must_use]
     pub fn baked(&self) -> &Baked {
         &self.baked
@@ -66,7 +69,7 @@ impl Guided {
         self.baked.grid()
     }
 
-    /// w where the grid has this value.
+    /// w for a value of the grid.
     fn weight(&self, g: f64) -> Weight {
         let h = self.grid().spacing().max_element();
         let t = ((g.abs() - h) / (2.0 * h)).clamp(0.0, 1.0);
@@ -87,7 +90,7 @@ impl Guided {
         Jet { value: grid.value + weight.value * beyond.value, gradient }
     }
 
-    /// The covector of (N, ∇N) for one of (φ, ∇φ) at x; nothing where φ is the grid's.
+    /// The covector of (N, ∇N) from one of (φ, ∇φ) at x; `None` where φ is the grid's.
     fn covector(&self, x: DVec3, Jet { value: c, gradient: q }: Jet<DVec3>) -> Option<Jet<DVec3>> {
         let grid = self.grid().jet(x);
         let weight = self.weight(grid.value);
@@ -141,7 +144,7 @@ impl Sdf<DVec3> for Guided {
         self.slope_bound.max(self.grid().slope_bound_everywhere())
     }
 
-    /// Those of the grid, whose sign φ has beyond 3h of its surface.
+    /// Bounds of the grid, whose sign φ has beyond 3h of its surface.
     fn level_bounds(&self, level: f64) -> Option<(DVec3, DVec3)> {
         self.grid().level_bounds(level)
     }
@@ -204,7 +207,7 @@ mod tests {
         (0..300).map(|_| DVec3::from_array([(); 3].map(|()| 2.8 * open01(&mut random) - 1.4))).collect()
     }
 
-    /// Where weights are 0, 1 and between.
+    /// At points with weights 0, 1 and between.
     #[test]
     fn derivatives_are_those_of_the_value() {
         let guided = guided();
@@ -231,7 +234,7 @@ mod tests {
         assert!(counts.iter().all(|count| *count > 20), "{counts:?}");
     }
 
-    /// The grid and s stand still; single precision is what many transposes lose.
+    /// The grid and s are constant; batched transposes have single precision.
     #[test]
     fn rates_are_those_of_the_network_and_have_a_transpose() {
         let guided = guided();
@@ -264,7 +267,7 @@ mod tests {
         assert!((dot(&together) - forward).abs() < 1e-5 * forward.abs());
     }
 
-    /// Along rays from within, the root is the network's, not the spline's.
+    /// Along rays from inside, the root is the network's, not the spline's.
     #[test]
     fn the_surface_is_that_of_the_network() {
         let guided = guided();

@@ -1,4 +1,4 @@
-//! Implicit surfaces as triangle meshes.
+//! Triangle meshes of implicit surfaces.
 
 use std::collections::HashMap;
 
@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use crate::geometry::Mesh;
 
-/// A surface that no mesh can be made of.
+/// Reason why a surface cannot be meshed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum IsosurfaceError {
@@ -20,10 +20,10 @@ pub enum IsosurfaceError {
         /// Its high corner.
         high: DVec3,
     },
-    /// There are no cells along the longest side, or too many.
+    /// The number of cells along the longest side is 0 or too large.
     #[error("{cells} cells along the longest side are not between 1 and 1024")]
     Cells {
-        /// Cells asked for.
+        /// Number of cells requested.
         cells: usize,
     },
     /// φ is not finite at a node.
@@ -31,7 +31,7 @@ pub enum IsosurfaceError {
     NotFinite {
         /// φ.
         value: f64,
-        /// Where.
+        /// The point.
         at: DVec3,
     },
     /// No node is inside.
@@ -45,7 +45,7 @@ pub enum IsosurfaceError {
     },
 }
 
-/// Nodes of cubes.
+/// Node values of a grid of cubes.
 struct Nodes {
     low: DVec3,
     spacing: f64,
@@ -53,17 +53,17 @@ struct Nodes {
     values: Vec<f64>,
 }
 
-/// The tetrahedra of a cube whose corners are numbered by bits (Kuhn 1960): those from corner 0 to 7 along its edges, each positively
-/// oriented. Neighbouring cubes agree on the faces between them.
+/// Tetrahedra of a cube whose corners are numbered by bits (Kuhn 1960): those from corner 0 to 7 along its
+/// edges, each positively oriented. Neighbouring cubes agree on their common faces.
 const TETRAHEDRA: [[usize; 4]; 6] =
     [[0, 1, 3, 7], [0, 5, 1, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 4, 5, 7], [0, 6, 4, 7]];
 
-/// The surface φ = 0 within a box as a closed mesh with flat shading, whose triangles face outwards, by marching tetrahedra over
-/// `cells` cubes along the box's longest side (Doi and Koide 1991). A node is inside where φ < 0.
+/// The surface φ = 0 within a box as a closed, flat-shaded mesh with outward triangles, by marching
+/// tetrahedra over `cells` cubes along the box's longest side (Doi and Koide 1991). A node is inside if
+/// φ < 0.
 ///
-/// Every edge has two triangles, whatever the values. Vertices are on edges of the tetrahedra, where φ = 0 to rounding. What is thinner than a
-/// cell may be lost, and triangles may be slivers: to fit the mesh, take one that was remeshed. With
-/// reading and writing, a bunny in 64 cells took 0.2 s of processor time and a dragon in 128 0.5 s.
+/// Every edge has two triangles, whatever the values. Vertices are on edges of the tetrahedra, where φ = 0 up
+/// to rounding. Parts thinner than a cell may be lost, and triangles may be slivers: remesh before fitting.
 ///
 /// # Errors
 /// [`IsosurfaceError`].
@@ -99,9 +99,10 @@ pub fn isosurface(
     Mesh::new(positions, triangles).map_err(|_| IsosurfaceError::Empty)
 }
 
-/// Where the surface cuts a tetrahedron: triangles of points on its edges, each between two corners.
+/// Intersection of the surface with a tetrahedron: triangles of points on its edges, each between two
+/// corners.
 fn pieces([a, b, c, d]: [usize; 4], inside: [bool; 8]) -> impl Iterator<Item = [[usize; 2]; 3]> {
-    // Even permutations, so that orientations stay.
+    // Even permutations, which preserve orientation.
     let orders = [[a, b, c, d], [b, a, d, c], [c, a, b, d], [d, a, c, b]];
     let pairs = [[a, b, c, d], [a, c, d, b], [a, d, b, c], [b, c, a, d], [b, d, c, a], [c, d, a, b]];
     let count = [a, b, c, d].iter().filter(|&&corner| inside[corner]).count();
@@ -130,7 +131,7 @@ impl Nodes {
             return Err(IsosurfaceError::Cells { cells });
         }
         let spacing = extent.max_element() / cells as f64;
-        // Whole cells, but for rounding.
+        // Whole cells, except for rounding.
         let size = extent.to_array().map(|length| (length / spacing - 1e-9).ceil().max(1.0) as usize + 1);
         let mut nodes = Self { low, spacing, size, values: vec![] };
         let count = size.iter().product::<usize>();
@@ -161,7 +162,7 @@ impl Nodes {
     }
 }
 
-/// Vertices of the mesh, each on an edge from a node, in one of seven directions.
+/// Vertices of the mesh, each on an edge from a node in one of seven directions.
 struct Vertices<'a> {
     sdf: &'a dyn Sdf<DVec3>,
     nodes: &'a Nodes,
@@ -170,7 +171,7 @@ struct Vertices<'a> {
 }
 
 impl Vertices<'_> {
-    /// The vertex between two corners of the cube whose first node is given.
+    /// Index of the vertex between two corners of the cube whose first node is given.
     fn number(&mut self, first: usize, a: usize, b: usize) -> u32 {
         // One of them has all the bits of the other.
         let (lower, upper) = (a & b, a | b);
@@ -185,7 +186,7 @@ impl Vertices<'_> {
     }
 }
 
-/// Where φ = 0 between two nodes of which one is inside, by bisection to rounding.
+/// Root of φ between two nodes of which one is inside, by bisection to rounding.
 fn root(sdf: &dyn Sdf<DVec3>, nodes: &Nodes, p: usize, q: usize) -> DVec3 {
     let (inside, outside) = if nodes.values[p] < 0.0 { (p, q) } else { (q, p) };
     let (mut low, mut high) = (nodes.position(inside), nodes.position(outside));
@@ -215,8 +216,8 @@ mod tests {
         }
     }
 
-    /// V − E + F, after every edge was found to have two triangles that run along it in opposite senses, and every vertex to be on
-    /// the surface.
+    /// V − E + F, after checking that every edge has two triangles that traverse it in opposite directions,
+    /// and that every vertex is on the surface.
     fn characteristic(sdf: &dyn Sdf<DVec3>, cells: usize) -> i64 {
         let mesh = isosurface(sdf, BOX, cells).expect("a mesh");
         let edges = Edges::of(mesh.triangles().iter().copied());
@@ -247,7 +248,7 @@ mod tests {
         }
         let two = SmoothUnion::new(Ball::new(DVec3::X, 0.6).expect("a ball"), small, 0.1).expect("a union");
         assert_eq!(characteristic(&two, 30), 4, "two bodies");
-        // Nodes on the surface are outside: triangles without area are as good as others.
+        // Nodes on the surface count as outside: triangles without area are valid.
         let unit = Ball::new(DVec3::ZERO, 1.0).expect("a ball");
         let mesh = isosurface(&unit, (DVec3::splat(-2.0), DVec3::splat(2.0)), 8).expect("a mesh");
         assert!(Edges::of(mesh.triangles().iter().copied()).iter().all(|sides| sides.len() == 2));

@@ -1,19 +1,20 @@
 //! Implicit surfaces in space: shapes φ(x; θ) = 0, φ > 0 outside.
 //!
-//! [`flatland::sdf`] does not know the dimension: its [`Sdf`](flatland::sdf::Sdf), [sphere tracing](flatland::sdf::View) and
-//! [fields](flatland::sdf::fields) serve space with [`DVec3`](glam::DVec3) for points and [`Sphere`](crate::Sphere) for
-//! directions, and so do its [balls, smooth unions, intersections and differences](flatland::sdf::shapes). Here is what space adds:
+//! [`flatland::sdf`] is independent of the dimension: its [`Sdf`](flatland::sdf::Sdf), [sphere
+//! tracing](flatland::sdf::View) and [fields](flatland::sdf::fields) are used in space with
+//! [`DVec3`](glam::DVec3) for points and [`Sphere`](crate::Sphere) for directions, as are its [balls, smooth
+//! unions, intersections and differences](flatland::sdf::shapes). This module adds:
 //!
 //! - [`analytic`]: rounded boxes, rings and knots.
 //! - [`Grid`]: node values on a regular grid, whose interpolation is φ and which are its parameters.
 //! - [`from_mesh()`]: the grid of signed distances to a triangle mesh.
-//! - [`redistance()`]: a grid of distances again, with the surface where it is.
+//! - [`redistance()`]: restores distances of a grid, with its surface preserved.
 //! - [`isosurface()`]: the triangle mesh of any of them.
-//! - [`network`]: φ as a neural network, with its weights for parameters.
-//! - [`Baked`]: a network on a grid, which rays meet faster, with the gradient by its weights.
-//! - [`Guided`]: a network itself, which rays find by that grid.
+//! - [`network`]: φ as a neural network, whose weights are the parameters.
+//! - [`Baked`]: a network baked to a grid, which is faster to trace, with the gradient by its weights.
+//! - [`Guided`]: a network traced directly, accelerated by that grid.
 //!
-//! A scene takes any of them, [`Description::add_implicit`](crate::scene::Description::add_implicit).
+//! A scene accepts any of them, [`Description::add_implicit`](crate::scene::Description::add_implicit).
 
 pub mod analytic;
 mod bake;

@@ -1,4 +1,4 @@
-//! The area integral of any warp field, and its interior part alone.
+//! The area integral of any warp field, and its interior part.
 
 use std::f64::consts::PI;
 
@@ -15,7 +15,7 @@ use crate::sdf::fields::{MotionField, TracedField};
 use crate::sdf::{AngularFilm, Jet, RayCount, Scene, Sdf};
 use crate::warp::{Circle, Field, LinearField as _};
 
-/// Which part of the derivative is estimated.
+/// Part of the derivative to estimate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Terms {
     /// h ∂L/∂θ + ∇·(V h L): the derivative.
@@ -23,27 +23,26 @@ pub enum Terms {
     All,
     /// h ∂L/∂θ at a fixed direction.
     Interior,
-    /// ∇·(V h L) alone, in which L varies with ω at fixed θ. Its integral is that of the silhouettes,
-    /// Σ h (L⁻ − L⁺) v, if V is what it should be.
+    /// ∇·(V h L) alone, in which L varies with ω at fixed θ. For a valid V its integral is that of the
+    /// silhouettes, Σ h (L⁻ − L⁺) v.
     Boundary,
 }
 
 /// ∫ h ∂L/∂θ + ∇·(V h L) dω of every pixel: the derivative of the image if V is continuous and boundary
-/// consistent, and something else if it is not.
+/// consistent, and otherwise not.
 ///
-/// For the box filter, which jumps on the fixed ends of the pixel, the flux of h L V through them is
-/// subtracted, at one of them per sample.
+/// For the box filter, which is discontinuous on the static ends of the pixel, the flux of h L V through them
+/// is subtracted, at one of them per sample.
 ///
-/// Near a silhouette ∂L/∂θ and ∇_ωL·V each grow as 1/(n·ω) and cancel: [`Terms::All`] has a smaller
-/// variance than either part. At grazing hits either part alone has a variance that diverges
-/// logarithmically.
+/// Near a silhouette ∂L/∂θ and ∇_ωL·V each grow as 1/(n·ω) and cancel: [`Terms::All`] has a smaller variance
+/// than either part. At grazing hits the variance of either part alone diverges logarithmically.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AreaIntegral {
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub samples: usize,
-    /// Which part.
+    /// Part to estimate.
     pub terms: Terms,
-    /// Seed.
+    /// Random seed.
     pub seed: u64,
 }
 
@@ -53,23 +52,23 @@ impl Default for AreaIntegral {
     }
 }
 
-/// A sample as a linear form in the field and the rates of φ at the hit: a·V + b ∇·V + c (L's own).
+/// A sample as a linear form in the field and the rates of φ at the hit: a·V + b ∇·V + c (form of L).
 struct Linear {
     direction: DVec2,
     a: DVec2,
     b: f64,
-    /// The factor of the hit's (c, r).
+    /// Factor of the hit's (c, r).
     c: f64,
     hit: Option<(DVec2, Jet<DVec2>)>,
     rays: RayCount,
 }
 
 impl AreaIntegral {
-    /// dI/dθ of every pixel along the direction in parameter space that the field was made for, in this
+    /// dI/dθ of every pixel along the direction in parameter space for which the field was made, in this
     /// scene.
     ///
     /// # Errors
-    /// If that direction does not fit the shape or no samples were asked for.
+    /// If that direction does not fit the shape or no samples were requested.
     pub fn forward(
         &self,
         scene: &Scene,
@@ -98,8 +97,8 @@ impl AreaIntegral {
     /// ∂L/∂θ of every parameter for the loss whose ∂L/∂I is `adjoint`.
     ///
     /// # Errors
-    /// If the adjoint image does not fit the film, the field's parameters are out of range or no
-    /// samples were asked for.
+    /// If the adjoint image does not fit the film, the field's parameters are out of range or no samples were
+    /// requested.
     pub fn reverse(
         &self,
         scene: &Scene,
@@ -128,7 +127,7 @@ impl AreaIntegral {
         })
     }
 
-    /// The directions of one sample: one within the pixel, and one of its ends if the filter jumps.
+    /// Directions of one sample: one within the pixel, and one of its ends if the filter is discontinuous.
     fn draw(
         &self,
         scene: &Scene,
@@ -163,10 +162,10 @@ impl AreaIntegral {
     }
 }
 
-/// −h L V·ν at one of the two ends of a pixel, over its probability.
+/// −h L V·ν at one of the two ends of a pixel, divided by its probability.
 fn pixel_end(scene: &Scene, film: &AngularFilm, pixel: usize, rng: &mut Stream) -> Linear {
     let side = if open01(rng) < 0.5 { -1.0 } else { 1.0 };
-    // On both sides of a silhouette that is seen there.
+    // Randomly on both sides of a silhouette there.
     let beside = 1024.0 * f64::EPSILON * PI * (2.0 * open01(rng) - 1.0);
     let direction = DVec2::from_angle(film.centre(pixel) + side * film.radius() + beside);
     let trace = scene.view().trace(direction);
@@ -174,18 +173,18 @@ fn pixel_end(scene: &Scene, film: &AngularFilm, pixel: usize, rng: &mut Stream) 
     Linear { direction, a, b: 0.0, c: 0.0, hit: None, rays: trace.count() }
 }
 
-/// Implicit differentiation of the hit (Yariv et al. 2020, "Multiview Neural Surface Reconstruction",
-/// IDR): ẋ = −ω φ̇/(∇φ·ω), and nothing at silhouettes. It is the interior term alone; the original
-/// adds a loss on a mask for what is missing.
+/// Implicit differentiation of the hit (Yariv et al. 2020, "Multiview Neural Surface Reconstruction", IDR):
+/// ẋ = −ω φ̇/(∇φ·ω), without a boundary term at silhouettes. It is the interior term alone; the original adds
+/// a loss on a mask for the missing term.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ImplicitHit {
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub samples: usize,
-    /// Seed.
+    /// Random seed.
     pub seed: u64,
 }
 
-/// No motion of directions.
+/// The zero field.
 struct Still<'a>(&'a [f64]);
 
 impl MotionField<Circle> for Still<'_> {
@@ -226,7 +225,7 @@ impl ImplicitHit {
         film: &AngularFilm,
         adjoint: &[f64],
     ) -> Result<Estimate<Vec<f64>>, EstimatorError> {
-        // The interior part asks no field.
+        // The interior part does not evaluate a field.
         self.interior().reverse(scene, film, adjoint, &crate::sdf::fields::DirectField)
     }
 }

@@ -1,4 +1,4 @@
-//! The boundary integral relaxed to a band beside the silhouette (Wang et al. 2024).
+//! Relaxed boundary term, in a band next to the silhouette (Wang et al. 2024).
 
 use glam::DVec2;
 
@@ -10,8 +10,8 @@ use crate::random::Stream;
 use crate::sdf::Seen;
 use crate::sdf::{AngularFilm, Jet, RayCount, Scene, Sdf, near_misses};
 
-/// Interior term plus the boundary term of rays that pass the surface within ε (Wang et al. 2024, "A
-/// Simple Approach to Differentiable Rendering of SDFs").
+/// Interior term plus the boundary term of rays that pass the surface within ε (Wang et al. 2024, "A Simple
+/// Approach to Differentiable Rendering of SDFs").
 ///
 /// Where φ has a local minimum 0 < φ(x*) < ε along a ray, the ray passes a silhouette, and (Theory 10)
 ///
@@ -22,11 +22,11 @@ use crate::sdf::{AngularFilm, Jet, RayCount, Scene, Sdf, near_misses};
 /// Biased by O(ε), with variance O(1/ε); the boundary term needs no derivative of the tracer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RelaxedBoundary {
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub samples: usize,
     /// ε, in units of length.
     pub width: f64,
-    /// Seed.
+    /// Random seed.
     pub seed: u64,
 }
 
@@ -40,7 +40,7 @@ impl RelaxedBoundary {
     /// dI/dθ of every pixel along a direction in parameter space.
     ///
     /// # Errors
-    /// If the direction does not fit the shape, ε is not positive or no samples were asked for.
+    /// If the direction does not fit the shape, ε is not positive or no samples were requested.
     pub fn forward(
         &self,
         scene: &Scene,
@@ -59,7 +59,7 @@ impl RelaxedBoundary {
     /// ∂L/∂θ of every parameter for the loss whose ∂L/∂I is `adjoint`.
     ///
     /// # Errors
-    /// If the adjoint image does not fit the film, ε is not positive or no samples were asked for.
+    /// If the adjoint image does not fit the film, ε is not positive or no samples were requested.
     pub fn reverse(
         &self,
         scene: &Scene,

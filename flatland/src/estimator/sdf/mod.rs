@@ -3,12 +3,12 @@
 //! | method | boundary term | biased |
 //! |---|---|---|
 //! | [`AreaIntegral`] | ∇·(V h L), any field | as its field |
-//! | [`RelaxedBoundary`] | a band of width ε beside the silhouette | O(ε) |
+//! | [`RelaxedBoundary`] | a band of width ε next to the silhouette | O(ε) |
 //! | [`ImplicitHit`] | none | by all of it: needs masks |
 //!
-//! Forward mode differentiates every pixel along one direction in parameter space, reverse mode one
-//! loss, given by ∂L/∂I of every pixel, with respect to every parameter. Both see the same random
-//! numbers: they are one linear map and its transpose.
+//! Forward mode differentiates every pixel along one direction in parameter space, reverse mode one loss,
+//! given by ∂L/∂I of every pixel, with respect to every parameter. Both use the same random numbers: they are
+//! a linear map and its transpose.
 
 mod area;
 mod band;
@@ -26,7 +26,7 @@ use sample::PixelSample;
 /// The image by sampling: ∫ h L of every pixel.
 ///
 /// # Errors
-/// If no samples were asked for.
+/// If no samples were requested.
 pub fn primal(
     scene: &Scene,
     film: &AngularFilm,

@@ -5,7 +5,7 @@ use glam::DVec2;
 use crate::random::{Stream, open01};
 use crate::sdf::AngularFilm;
 
-/// A direction within a pixel's support, drawn uniformly: h and h′ over the density are bounded.
+/// A direction within a pixel's support, sampled uniformly: h and h′ divided by the density are bounded.
 pub(super) struct PixelSample {
     pub(super) direction: DVec2,
     /// h/p.

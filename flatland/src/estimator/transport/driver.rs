@@ -1,4 +1,4 @@
-//! Forward and reverse mode of every method along paths whose samples are linear in the rates of change.
+//! Forward and reverse mode of all methods along paths whose samples are linear in the rates.
 
 use glam::DVec4;
 
@@ -12,10 +12,10 @@ use crate::transport::{ActiveParameters, Camera, Parameters, Tangent, Terms, Wor
 /// dI/dθ of every pixel, term by term.
 pub type GradientImage = Estimate<Vec<Terms<f64>>, Errors>;
 
-/// dL/dp of every parameter p, term by term; the standard error is that of the sum of the terms.
+/// dL/dp of every parameter p, term by term, with the standard error of the sum of the terms.
 pub type Gradient = Estimate<Terms<Tangent>, Tangent>;
 
-/// The standard errors of an image's pixels.
+/// Standard errors of an image's pixels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Errors {
     /// Of each term.
@@ -40,10 +40,10 @@ impl Gradient {
     }
 }
 
-/// A method whose sample is a sum of covectors times rates. Forward mode multiplies, reverse mode
-/// scatters the same covectors, so each is the other's transpose by construction.
+/// A method whose sample is a sum of covectors times rates. Forward mode multiplies, reverse mode scatters
+/// the same covectors, so each is the transpose of the other by construction.
 pub(super) trait LinearMethod: Sync {
-    /// Shared by all samples of a pixel.
+    /// Data prepared once per pixel.
     type Pixel: Sync;
 
     /// Checks the method's own parameters.
@@ -51,12 +51,12 @@ pub(super) trait LinearMethod: Sync {
         Ok(())
     }
 
-    /// Shared by all samples of a world before a camera.
+    /// Data shared by all samples of a world and camera.
     fn job<'a>(&self, world: &'a World, camera: &'a Camera, active: ActiveParameters) -> Job<'a>;
 
     fn pixel(&self, job: &Job<'_>, pixel: usize) -> Self::Pixel;
 
-    /// One sample of a pixel: pushes covectors and returns the number of rays.
+    /// One sample of a pixel: emits covectors and returns the number of rays.
     fn sample(&self, job: &Job<'_>, pixel: &Self::Pixel, streams: &mut Streams, scratch: &mut Scratch)
     -> u64;
 }

@@ -1,5 +1,5 @@
-//! Monte Carlo edge sampling along paths (Li, Aittala, Durand and Lehtinen 2018). In one dimension the
-//! edges are points, the vertices of the world.
+//! Monte Carlo edge sampling along paths (Li, Aittala, Durand and Lehtinen 2018). In one dimension the edges
+//! are points, the vertices of the world.
 
 use super::Method;
 use super::driver::{self, Gradient, GradientImage, LinearMethod};
@@ -13,17 +13,17 @@ use crate::estimator::error::EstimatorError;
 use crate::transport::fields::Construction;
 use crate::transport::{ActiveParameters, Camera, Paths, Tangent, World};
 
-/// Interior by path tracing, jumps by sampling one vertex for the film and one at every surface, with
-/// what is seen on both sides of it.
+/// Interior term by path tracing; boundary terms by sampling one vertex for the film and one at every
+/// surface, with the radiance on both sides of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EdgeSampling {
-    /// Paths a pixel.
+    /// Paths per pixel.
     pub samples: usize,
-    /// How paths end.
+    /// Termination of paths.
     pub paths: Paths,
-    /// How a vertex is picked at a surface.
+    /// Selection of a vertex at a surface.
     pub choice: EdgeChoice,
-    /// Seed.
+    /// Random seed.
     pub seed: u64,
 }
 
@@ -52,7 +52,7 @@ impl Method for EdgeSampling {
     }
 }
 
-/// A pixel with the jumps under its filter.
+/// A pixel with the discontinuities under its filter.
 pub(super) struct Pixel {
     index: usize,
     jumps: FilmJumps,

@@ -1,4 +1,4 @@
-//! The jumps of a pixel that are sampled as such.
+//! Sampled discontinuities of a pixel.
 
 use super::record::Job;
 use super::residual::{Left, left_on_film};
@@ -8,14 +8,14 @@ use crate::random::open01;
 use crate::transport::CameraTangent;
 use crate::transport::fields::{Jump, jumps_on_film};
 
-/// The jumps under a pixel's filter.
+/// Discontinuities under a pixel's filter.
 pub(super) struct FilmJumps {
     pixel: usize,
     jumps: Vec<Jump>,
 }
 
 impl FilmJumps {
-    /// Of a pixel: those at which the field may leave anything, and none where they are not sampled.
+    /// Discontinuities of a pixel at which the field may have a residual; empty if they are not sampled.
     pub(super) fn new(job: &Job<'_>, pixel: usize) -> Self {
         let Job { world, camera, active, edges, .. } = *job;
         let is_sampled = active.geometry && edges.is_some();
@@ -24,7 +24,7 @@ impl FilmJumps {
         Self { pixel, jumps }
     }
 
-    /// Emits h [(L⁻ − L₀) (u̇ − V⁻) − (L⁺ − L₀) (u̇ − V⁺)] at one of them, with the level L₀ of the control variate.
+    /// Emits h [(L⁻ − L₀) (u̇ − V⁻) − (L⁺ − L₀) (u̇ − V⁺)] at one of them, with L₀ the control variate.
     pub(super) fn emit(&self, sweep: &mut Sweep<'_, '_>, level: f64) {
         let Job { world, camera, construction, .. } = *sweep.job;
         let rng = &mut sweep.streams.auxiliary;

@@ -7,20 +7,20 @@ use crate::estimator::error::{EstimatorError, check_adjoint, check_step};
 use crate::estimator::estimate::Estimate;
 use crate::transport::{Camera, Paths, Tangent, Terms, World, path_stream};
 
-/// (I(θ + h) − I(θ − h))/2h, the same random numbers on both sides. Where there is no world on one side,
-/// because an albedo or a radiance would be negative, say, it is (I(θ ± h) − I(θ))/±h.
+/// (I(θ + h) − I(θ − h))/2h, with the same random numbers on both sides. If one side is not a valid world,
+/// for example because an albedo or radiance would be negative, it is (I(θ ± h) − I(θ))/±h.
 ///
-/// Biased by O(h²) I''', one-sided by O(h) I'', where the image is smooth, and its variance grows as 1/h wherever paths jump.
-/// It does not know terms: all is reported as interior.
+/// Biased by O(h²) I''', one-sided by O(h) I'', where the image is smooth; the variance grows as 1/h wherever
+/// paths are discontinuous. Terms are not separated: all is reported as interior.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FiniteDifference {
-    /// Paths a pixel and side.
+    /// Paths per pixel and side.
     pub samples: usize,
-    /// How paths end.
+    /// Termination of paths.
     pub paths: Paths,
-    /// h.
+    /// The step h.
     pub step: f64,
-    /// Seed.
+    /// Random seed.
     pub seed: u64,
 }
 

@@ -1,4 +1,4 @@
-//! Vertices at which light jumps: how one is picked.
+//! Selection of vertices at which light is discontinuous.
 
 use glam::DVec2;
 
@@ -6,19 +6,19 @@ use crate::calculus::Vec2;
 use crate::random::{Stream, open01};
 use crate::transport::{Origin, Scattering, World};
 
-/// How a vertex is picked at a surface.
+/// Selection of a vertex at a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum EdgeChoice {
-    /// All alike.
+    /// Uniform.
     Uniform,
-    /// By f cos φ/r towards it, which takes a look at every vertex.
+    /// In proportion to f cos φ/r towards it, at a cost proportional to the number of vertices.
     #[default]
     Importance,
 }
 
 impl EdgeChoice {
-    /// A vertex of those that count and its probability. The ends of the surface itself lie on its horizon, where nothing
-    /// is scattered.
+    /// Selects one of the admissible vertices, with its probability. The ends of the surface itself lie on
+    /// its horizon, where nothing is scattered.
     pub(super) fn pick(
         self,
         world: &World,

@@ -1,17 +1,17 @@
-//! How wide the kernels of auxiliary rays are.
+//! Widths of auxiliary kernels.
 
 use crate::transport::Material;
 
-/// How the concentration κ of an auxiliary kernel follows from the place. A kernel wider than what is
-/// between two jumps resolves them slowly; one much narrower makes V steep.
+/// Concentrations κ of auxiliary kernels by place. A kernel wider than the gap between two discontinuities
+/// resolves them slowly; a much narrower one makes V steep.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Kernels {
-    /// On the film, in 1/pixel²: 44 is a width of 0.15 pixels.
+    /// κ on the film, in 1/pixel²: 44 is a width of 0.15 pixels.
     pub film: f64,
-    /// The least κ at a surface: 20 is a width of κ^−½ = 0.22 radians.
+    /// Least κ at a surface: 20 is a width of κ^−½ = 0.22 radians.
     pub surface: f64,
-    /// How many kernel widths a lobe's width or an emitter's subtended angle holds at least, up to 10⁶.
-    /// Between 0.3 and 6 the variance hardly changes.
+    /// Least number of kernel widths in a lobe's width or an emitter's subtended angle, up to 10⁶. Between
+    /// 0.3 and 6 the variance hardly changes.
     pub relative: f64,
 }
 

@@ -3,18 +3,18 @@
 //! | method | unbiased | needs |
 //! |---|---|---|
 //! | [`WarpedArea`] of auxiliary rays | with debiasing; else consistent in their number | nothing |
-//! | [`WarpedArea`] of the mean over jumps | yes | a list of all vertices |
+//! | [`WarpedArea`] of the mean over discontinuities | yes | a list of all vertices |
 //! | [`WarpedArea`] of the softened mean, with its residual | yes | a list of all vertices |
 //! | [`EdgeSampling`] | yes | a list of all vertices |
 //! | [`FiniteDifference`] | no: O(step²) | two worlds |
 //!
-//! [`WarpedArea`] takes any construction of the field; with
-//! [`Construction::Followed`](crate::transport::fields::Construction) it is the rotation method of
-//! Loubet et al. (2019), with `Still` the interior term alone.
+//! [`WarpedArea`] accepts any construction of the field; with
+//! [`Construction::Followed`](crate::transport::fields::Construction) it is the rotation method of Loubet et
+//! al. (2019), with `Still` the interior term alone.
 //!
-//! All methods differentiate the path tracer's own estimate: sample s of pixel p follows the path that
-//! the image's sample s of pixel p follows, and auxiliary rays draw from a stream of their own, so that
-//! the primal is the same, bit for bit, whether or not a gradient is taken.
+//! All methods differentiate the path tracer's own estimate: sample s of pixel p follows the same path as the
+//! image's sample s of pixel p, and auxiliary rays use a separate stream, so that the primal has the same
+//! bits with and without a gradient.
 
 mod driver;
 mod edge_sampling;
@@ -44,10 +44,10 @@ use crate::transport::{Camera, Tangent, World};
 
 /// A method that differentiates an image of a flat world.
 pub trait Method: Sync {
-    /// A short name for tables and legends.
+    /// Short name for tables and legends.
     fn name(&self) -> &'static str;
 
-    /// dI/dθ of every pixel, for one change.
+    /// dI/dθ of every pixel, for one tangent.
     ///
     /// # Errors
     /// A [`EstimatorError`] that names the parameter.

@@ -1,4 +1,4 @@
-//! A sample recorded on a tape, for the sweep that finds its derivatives by all parameters at once.
+//! A sample recorded on a tape, for the sweep that computes its derivatives by all parameters at once.
 
 use glam::DVec2;
 
@@ -13,20 +13,20 @@ use crate::transport::{
     World, subtended,
 };
 
-/// What all samples share.
+/// Data shared by all samples.
 #[derive(Clone, Copy)]
 pub(super) struct Job<'a> {
     pub(super) world: &'a World,
     pub(super) camera: &'a Camera,
     pub(super) active: ActiveParameters,
-    /// Paths a pixel.
+    /// Paths per pixel.
     pub(super) samples: usize,
-    /// The seed of all streams.
+    /// Seed of all streams.
     pub(super) seed: u64,
     pub(super) paths: Paths,
     pub(super) construction: Construction,
     pub(super) kernels: Kernels,
-    /// How jumps are sampled, where the field leaves any to the boundary.
+    /// Selection of discontinuities, if the field has a residual.
     pub(super) edges: Option<EdgeChoice>,
     pub(super) fault: Option<Fault>,
 }
@@ -39,32 +39,32 @@ impl Job<'_> {
     }
 }
 
-/// What the inputs of a tape are.
+/// Inputs of a tape.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Input {
-    /// Parameters, from this one on in the order of [`Tangent::values`](crate::transport::Tangent::values).
+    /// Parameters from this index on, in the order of [`Tangent::values`](crate::transport::Tangent::values).
     Parameters(usize),
     /// The film coordinate and the Jacobian of its warp.
     FilmWarp,
-    /// A direction and the Jacobian of its warp, by the number of its record.
+    /// A direction and the Jacobian of its warp, by the index of its record.
     Warp(usize),
-    /// The light of jumps that no warp follows, by the number of its record.
+    /// Light at discontinuities that no warp follows, by the index of its record.
     Jumps(usize),
 }
 
 /// A number on the tape.
 pub(super) type Recorded<'t> = Variable<'t, Input>;
 
-/// A direction that is warped. Its field is made when the sweep reaches it, and only if something depends on it.
+/// A warped direction. Its field is computed when the sweep reaches it, and only if something depends on it.
 pub(super) struct WarpRecord<'t> {
     pub(super) origin: Origin,
     pub(super) position: Vec2<Recorded<'t>>,
     pub(super) direction: DVec2,
-    /// The concentration of the field's kernel.
+    /// Concentration of the field's kernel.
     pub(super) kappa: f64,
 }
 
-/// The memory of a sample.
+/// Memory of a sample.
 #[derive(Default)]
 pub(super) struct Scratch {
     pub(super) tape: Tape<Input>,
@@ -73,7 +73,7 @@ pub(super) struct Scratch {
 }
 
 impl Scratch {
-    /// Forgets everything but the memory.
+    /// Clears it, keeping the memory.
     pub(super) fn clear(&mut self) {
         self.tape.clear();
         self.covectors.clear();
@@ -90,7 +90,7 @@ pub(super) struct Recorder<'j, 't> {
 }
 
 impl<'j, 't> Recorder<'j, 't> {
-    /// Of a sample at the film coordinate u.
+    /// For a sample at the film coordinate u.
     pub(super) fn new(job: &'j Job<'_>, tape: &'t Tape<Input>, u: f64) -> Self {
         Self { job, tape, u, warps: vec![], jumps: vec![] }
     }
@@ -102,7 +102,7 @@ impl<'j, 't> Recorder<'j, 't> {
         self.inputs(is_warped, Input::FilmWarp, [self.u, 1.0])
     }
 
-    /// One sample of the radiance that the film receives at a coordinate, and the number of rays.
+    /// One sample of the radiance at a film coordinate, and the number of rays.
     pub(super) fn radiance(&mut self, at: Recorded<'t>, rng: &mut Stream) -> (Recorded<'t>, u64) {
         let Job { world, camera, active, paths, .. } = *self.job;
         let DVec2 { x, y } = camera.position;
@@ -172,7 +172,7 @@ impl<'t> Calculus for Recorder<'_, 't> {
     }
 
     fn jumps(&mut self, at: &Bounce<Recorded<'t>>) -> Recorded<'t> {
-        // Where nothing is scattered no random number may be drawn: forward mode does not come here.
+        // Without scattering no random number may be drawn, as in forward mode.
         let is_sampled = self.job.active.geometry && self.job.edges.is_some() && at.still.material.scatters();
         let input = Input::Jumps(self.jumps.len());
         if is_sampled {

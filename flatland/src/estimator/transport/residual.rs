@@ -1,15 +1,16 @@
-//! What a field leaves to the boundary at a vertex (Theory 7): of a softened mean over jumps a part,
-//! of no field all of it, which is edge sampling.
+//! Residual boundary term of a field at a vertex (Theory 7): a part of the motion for a softened mean over
+//! discontinuities, and all of it for no field, which is edge sampling.
 //!
-//! In one dimension jumps are points. Where V⁻ and V⁺ are the limits of the field on the two sides of one that moves with v,
+//! In one dimension discontinuities are points. With V⁻ and V⁺ the limits of the field on the two sides of
+//! one that moves with v,
 //!
 //! ```text
 //! Σ L⁻ (v − V⁻) − L⁺ (v − V⁺)
 //! ```
 //!
-//! is left, with f cos φ before it over the directions at a surface, and with h over the film, where L is the light beyond the level of
-//! the control variate. A side on which V = v is not looked at. Which vertex is drawn, and which sides are looked at, depends on where
-//! things are and not on how they move: forward and reverse mode are one linear map and its transpose.
+//! is the residual, times f cos φ over the directions at a surface, and times h over the film, where L is the
+//! radiance less the control variate. A side with V = v is not evaluated. The choice of vertex and sides
+//! depends on positions and not on velocities: forward and reverse mode are a linear map and its transpose.
 
 use glam::DVec2;
 
@@ -19,19 +20,20 @@ use crate::random::Stream;
 use crate::transport::fields::is_silhouette_from;
 use crate::transport::{Bounce, Hit, Origin, Paths, both_sides};
 
-/// Light that comes from beside a jump and that the field of its integral does not follow there.
+/// Light next to a discontinuity that the field of its integral does not follow there.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Left {
-    /// L on the side before the jump, as angles grow, and −L on that after it: an unbiased estimate.
+    /// L on the side before the discontinuity, in order of increasing angle, and −L on that after it: an
+    /// unbiased estimate.
     pub(super) light: f64,
-    /// What is seen on that side.
+    /// The hit on that side.
     pub(super) seen: Option<Hit>,
-    /// The concentration of the field's kernel.
+    /// Concentration of the field's kernel.
     pub(super) kappa: f64,
 }
 
-/// What the fields over the directions at a surface leave to the boundary at a vertex, and the number of rays; `None` if the
-/// vertex is hidden. `rest` is how paths go on from there.
+/// Residuals at a vertex of the fields over the directions at a surface, and the number of rays; `None` if
+/// the vertex is hidden. `rest` describes the continuation of paths from there.
 pub(super) fn left_around<T>(
     job: &Job<'_>,
     rest: &Paths,
@@ -42,7 +44,7 @@ pub(super) fn left_around<T>(
     let world = job.world;
     let direction = (world.vertex(vertex) - at.origin.point).normalize();
     let sides = both_sides(world, at.origin, vertex)?;
-    // One more ray found out that the vertex is visible.
+    // One more ray tested that the vertex is visible.
     let (mut left, mut rays) = (vec![], 1);
     for (sign, seen) in [1.0, -1.0].into_iter().zip(sides) {
         let is_left = |kappa| {
@@ -53,7 +55,7 @@ pub(super) fn left_around<T>(
                 left.push(Left { light: sign * light, seen, kappa });
             }
         };
-        // The light of an emitter is an integral of its own.
+        // The light of an emitter is a separate integral.
         let emitter = seen.map(|hit| hit.segment).filter(|&i| world.material(i).emission > 0.0);
         let emission = emitter.map_or(0.0, |i| world.material(i).emission);
         if let Some(kappa) = emitter.map(|i| job.kappa(at, Some(i))).filter(|&kappa| is_left(kappa)) {
@@ -69,7 +71,7 @@ pub(super) fn left_around<T>(
     Some((left, rays))
 }
 
-/// What the field over the film leaves to the boundary at a vertex, in the same way, of the light beyond a level.
+/// Residuals at a vertex of the field over the film, with the control variate `level`.
 pub(super) fn left_on_film(
     job: &Job<'_>,
     vertex: usize,
@@ -92,21 +94,22 @@ pub(super) fn left_on_film(
 }
 
 impl Job<'_> {
-    /// Whether V is the velocity of a vertex on a side of it: where a segment is seen that ends there, and whose ends are followed.
+    /// Whether V is the velocity of a vertex on a side of it: if a segment that ends there is visible, and
+    /// its ends are followed.
     fn is_followed(&self, seen: Option<Hit>, vertex: usize, follows_ends: impl Fn(usize) -> bool) -> bool {
         let ending =
             seen.map(|hit| hit.segment).filter(|&i| self.world.segments()[i].vertices.contains(&vertex));
         ending.is_some_and(|i| self.fault == Some(Fault::OneSided) || follows_ends(i))
     }
 
-    /// Whether anything may be left at a vertex as seen from a point: if it is a silhouette, beside which V is not its velocity, or
-    /// an end of a segment whose ends are not followed.
+    /// Whether there may be a residual at a vertex seen from a point: if it is a silhouette, next to which V
+    /// is not its velocity, or an end of a segment whose ends are not followed.
     fn may_leave(&self, vertex: usize, from: DVec2, follows_ends: impl Fn(usize) -> bool) -> bool {
         self.world.segments_at(vertex).any(|i| !follows_ends(i))
             || is_silhouette_from(self.world, vertex, from)
     }
 
-    /// The same over the directions at a surface.
+    /// [`may_leave`](Self::may_leave) over the directions at a surface.
     pub(super) fn may_leave_around<T>(&self, at: &Bounce<T>, vertex: usize) -> bool {
         let Self { world, construction, .. } = *self;
         self.may_leave(vertex, at.origin.point, |i| {
@@ -117,7 +120,7 @@ impl Job<'_> {
         })
     }
 
-    /// The same over the film.
+    /// [`may_leave`](Self::may_leave) over the film.
     pub(super) fn may_leave_on_film(&self, vertex: usize) -> bool {
         let Self { world, camera, construction, kernels, .. } = *self;
         self.may_leave(vertex, camera.position, |i| {

@@ -3,9 +3,9 @@
 use crate::random::{Stream, stream};
 use crate::transport::path_stream;
 
-/// The streams of one sample: the path's, which is the image's own, the auxiliary rays', and that of
-/// what is seen at the end of a pixel. Paths of one seed may differ in length, by whether they are
-/// asked about materials, and must not disturb the others.
+/// Streams of one sample: of the path, which is the image's own; of auxiliary rays; and of the view at the
+/// end of a pixel. Paths of one seed may differ in length, depending on whether materials are differentiated,
+/// and must not affect the others.
 #[derive(Debug)]
 pub(super) struct Streams {
     pub(super) path: Stream,

@@ -1,12 +1,14 @@
-//! From the value of a sample back to all that moves it.
+//! Reverse sweep of a sample, to everything that moves it.
 //!
-//! The tape transposes the derivative of the integrand, with densities and weights held fixed. What is not on it are the
-//! warps, of the film and of directions, and the jumps that edge sampling draws: V_k of the direction ω_k sampled at x_k is a linear form in the velocities of what surrounds ω_k, relative to
-//! ẋ_k. When the sweep reaches a warp, the adjoints (a, b) of (V_k, ∇·V_k) are complete, the form is made and transposed,
-//! and what it takes from ẋ_k goes on along the tape.
+//! The tape transposes the derivative of the integrand, with fixed densities and weights. Not on the tape are
+//! the warps of film and directions, and the discontinuities sampled on edges: V_k of the direction ω_k
+//! sampled at x_k is a linear form in the velocities of the objects around ω_k, relative to ẋ_k. When the
+//! sweep reaches a warp, the adjoints (a, b) of (V_k, ∇·V_k) are complete, the form is computed and
+//! transposed, and the covector of ẋ_k continues along the tape.
 //!
-//! Adjoints are kept by [`Terms`]: what a warp of the film hands on is of the primary term, what a warp of a direction or a
-//! drawn jump hands on is of the secondary term, and all else is of the interior term.
+//! Adjoints are separated by [`Terms`]: contributions through a warp of the film belong to the primary term,
+//! those through a warp of a direction or a sampled discontinuity to the secondary term, and all others to
+//! the interior term.
 
 use glam::DVec2;
 
@@ -19,7 +21,7 @@ use crate::transport::fields::FieldForm;
 use crate::transport::{Bounce, CameraTangent, Covector, Parameters, Paths, Terms};
 use crate::warp::LinearField as _;
 
-/// Everything the sweep reads and writes.
+/// All inputs and outputs of the sweep.
 pub(super) struct Sweep<'a, 'b> {
     pub(super) job: &'a Job<'a>,
     pub(super) streams: &'b mut Streams,
@@ -27,12 +29,12 @@ pub(super) struct Sweep<'a, 'b> {
     pub(super) rays: u64,
 }
 
-/// What has passed through the warp of the film.
+/// A contribution through the warp of the film.
 fn primary(primary: f64) -> Terms<f64> {
     Terms { primary, ..Terms::default() }
 }
 
-/// What has passed through the warp of a direction.
+/// A contribution through the warp of a direction.
 fn secondary(secondary: f64) -> Terms<f64> {
     Terms { secondary, ..Terms::default() }
 }
@@ -59,7 +61,7 @@ impl<'a, 'b> Sweep<'a, 'b> {
     fn run(&mut self, recorder: &Recorder<'_, '_>, value: Recorded<'_>, adjoints: &mut Vec<Terms<f64>>) {
         let interior = Terms { interior: 1.0, ..Terms::default() };
         recorder.tape.sweep(&[(value, interior)], adjoints, |input, a, earlier| {
-            // A warp does not ask by which way its adjoints came.
+            // A warp does not depend on the origin of its adjoints.
             let total = |i: usize| a[i].total();
             match input {
                 Input::Parameters(first) => self.emit(first, a),
@@ -95,11 +97,11 @@ impl<'a, 'b> Sweep<'a, 'b> {
         self.film_form(&field, a, b);
     }
 
-    /// The same of a form.
+    /// Emits the covectors of a V + b ∇·V on the film, for a given form.
     pub(super) fn film_form(&mut self, field: &FieldForm, a: f64, b: f64) {
         let mut by_camera = CameraTangent::default();
         field.scatter(a, b, |point, covector| {
-            // A velocity relative to that of the camera.
+            // The velocity is relative to that of the camera.
             by_camera.position -= covector;
             self.primary_of_point(point, covector);
         });
@@ -113,7 +115,7 @@ impl<'a, 'b> Sweep<'a, 'b> {
         self.emit_point(point, covector, primary);
     }
 
-    /// Emits that of the camera's rates.
+    /// Emits the covector of the camera's rates in the primary term.
     pub(super) fn primary_of_camera(&mut self, covector: &CameraTangent) {
         let first = Parameters::Camera.first(self.job.world);
         self.emit(first, &covector.to_array().map(primary));
@@ -134,7 +136,7 @@ impl<'a, 'b> Sweep<'a, 'b> {
         });
     }
 
-    /// f cos φ [L⁻ (ψ̇ − V⁻) − L⁺ (ψ̇ − V⁺)] at one vertex, chosen at random, times `scale`.
+    /// Emits f cos φ [L⁻ (ψ̇ − V⁻) − L⁺ (ψ̇ − V⁺)] at one random vertex, times `scale`.
     fn jump(&mut self, at: &Bounce<Recorded<'_>>, scale: f64, earlier: &mut Adjoints<'_, Terms<f64>>) {
         let Job { world, paths, edges, construction, .. } = *self.job;
         let (job, rng) = (self.job, &mut self.streams.auxiliary);
@@ -166,7 +168,7 @@ impl<'a, 'b> Sweep<'a, 'b> {
         }
     }
 
-    /// Emits the covector of ẏ − ẋ in the secondary term: of a material point seen from x on the tape.
+    /// Emits the covector of ẏ − ẋ in the secondary term, for a material point y seen from x on the tape.
     fn emit_relative(
         &mut self,
         point: &MaterialPoint,

@@ -1,5 +1,5 @@
-//! All methods against each other, from the simplest world on. The statistics over many worlds, against
-//! exact values, are elsewhere.
+//! Comparisons of all methods with each other on simple worlds. The integration tests compare them with exact
+//! values over many worlds.
 
 use glam::DVec2;
 
@@ -17,7 +17,7 @@ fn camera(filter: Filter) -> Camera {
     Camera { position: p(0.2, 2.0), angle: -1.4, field_of_view: 0.9, film }
 }
 
-/// A floor, a light above it, and perhaps something between.
+/// A floor, a light above it, and optionally an occluder in between.
 fn world(floor: Material, occluder: bool) -> World {
     let mut shapes = vec![
         Shape::open([p(-6.0, 0.1), p(6.0, -0.2)], floor),
@@ -53,7 +53,7 @@ fn changes(world: &World) -> Vec<Tangent> {
     ]
 }
 
-/// Edge sampling, which shares the interior term and nothing else, and the area estimators.
+/// Edge sampling against the area estimators, with which it shares only the interior term.
 #[test]
 fn edges_and_areas_agree() {
     for (floor, occluder, bounces) in [
@@ -74,7 +74,7 @@ fn edges_and_areas_agree() {
                 for pixel in 0..3 {
                     let error = edges.standard_error.total[pixel].hypot(areas.standard_error.total[pixel]);
                     let z = (edges.total()[pixel] - areas.total()[pixel]) / error.max(1e-12);
-                    // 168 comparisons, of those that share the false-alarm rate of the whole suite.
+                    // 168 comparisons, within the false-alarm rate that the whole test suite shares.
                     assert!(z.abs() < 6.5, "{construction:?} {change:?} {pixel}: {z}");
                 }
             }
@@ -82,7 +82,7 @@ fn edges_and_areas_agree() {
     }
 }
 
-/// From the exact mean over jumps, with nothing left to the boundary, to edge sampling, with all of it.
+/// Softened mean from ε = 0 (the exact mean, no boundary term) to ε = ∞ (edge sampling).
 #[test]
 fn a_softened_mean_leads_from_the_exact_mean_to_edge_sampling() {
     let world = world(glossy(), true);
@@ -106,8 +106,8 @@ fn a_softened_mean_leads_from_the_exact_mean_to_edge_sampling() {
 
 #[test]
 fn the_primal_is_the_same_with_and_without_a_gradient() {
-    // A change of nothing but the environment's radiance by itself: the derivative is what of the
-    // image is due to it, and in a world without emitters that is the image.
+    // Change of the environment's radiance alone, by itself: the derivative is the part of the image that is
+    // due to the environment; in a world without emitters that is the image.
     let shapes = vec![
         Shape::open([p(-6.0, 0.1), p(6.0, -0.2)], glossy()),
         Shape::closed([p(-1.6, 1.2), p(-0.7, 1.3), p(-0.9, 1.6)], Material::diffuse(0.6)),
@@ -162,7 +162,7 @@ fn bad_parameters_are_named() {
     assert_eq!(difference.forward(&world, &camera, &change), Err(EstimatorError::Step { step: 0.0 }));
 }
 
-/// Where an emission of 0 cannot be lowered, the difference is one-sided.
+/// The difference is one-sided for an emission of 0, which cannot decrease.
 #[test]
 fn finite_differences_in_reverse_are_those_of_every_parameter() {
     let world = world(glossy(), false);
@@ -177,8 +177,8 @@ fn finite_differences_in_reverse_are_those_of_every_parameter() {
     assert!(expected != 0.0 && reverse.materials[0].emission == expected);
 }
 
-/// Pixels on both sides of a jump on their end have the mean of both one-sided derivatives. A millionth of a
-/// pixel away one of them has all.
+/// A discontinuity on a pixel border: both pixels have the mean of the two one-sided derivatives. At a
+/// millionth of a pixel from the border one of them has all.
 #[test]
 fn jumps_on_pixel_ends_are_a_part_of_both() {
     let film = Film { pixels: 8, filter: Filter::Box };

@@ -16,32 +16,33 @@ use crate::transport::fields::Construction;
 use crate::transport::{ActiveParameters, Camera, Paths, Tangent, World};
 use crate::warp::{JumpMean, WarpError, Weighting};
 
-/// A warp at every bounce: on the film, and on the circle of directions at every surface, for
-/// directions drawn by the scattering function as well as for those towards emitters.
+/// A warp at every bounce: on the film, and on the circle of directions at every surface, for directions
+/// sampled from the scattering function and towards emitters.
 ///
-/// The light of each emitting segment and the light that is scattered towards a surface are integrals
-/// of their own, with kernels of their own. Both strategies of multiple importance sampling see the
-/// same field for the same integral: their weights are not differentiated, and would have to be if it
-/// were not the same.
+/// The light of each emitting segment and the light scattered towards a surface are separate integrals with
+/// separate kernels. Both strategies of multiple importance sampling use the same field for the same
+/// integral: their weights are then not differentiated.
 ///
-/// What a [softened](Construction::Softened) field leaves to the boundary is added by one sample of the vertices under the pixel's
-/// filter and by one at every surface, with the light of a path on every side of it that the field does not follow.
+/// The residual of a [softened](Construction::Softened) field is added by one sample of the vertices under
+/// the pixel's filter and one at every surface, with the light of a path on every side of it that the field
+/// does not follow.
 ///
-/// Unbiased with [`Construction::JumpMean`], [`Construction::Softened`] and [`Construction::Harmonic`], and with [`Construction::Local`] and
-/// [`Construction::Auxiliary`] if their warp is debiased and boundary-aware with pγ ≥ 1.
+/// Unbiased with [`Construction::JumpMean`], [`Construction::Softened`] and [`Construction::Harmonic`], and
+/// with [`Construction::Local`] and [`Construction::Auxiliary`] if their warp is debiased and boundary-aware
+/// with pγ ≥ 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WarpedArea {
-    /// Paths a pixel.
+    /// Paths per pixel.
     pub samples: usize,
-    /// How paths end.
+    /// Termination of paths.
     pub paths: Paths,
     /// How the warp field is constructed.
     pub construction: Construction,
     /// The concentrations of the auxiliary kernels.
     pub kernels: Kernels,
-    /// A mistake to make, for tests that must notice it.
+    /// A deliberate mistake, for tests that must detect it.
     pub fault: Option<Fault>,
-    /// Seed.
+    /// Random seed.
     pub seed: u64,
 }
 
@@ -88,11 +89,11 @@ impl Method for WarpedArea {
     }
 }
 
-/// A pixel, and the mean radiance over it as a control variate: ∫ ∇·(V h) du = 0.
+/// A pixel, with its mean radiance as control variate: ∫ ∇·(V h) du = 0.
 pub(super) struct Pixel {
     index: usize,
     control: f64,
-    /// What the field leaves to the boundary.
+    /// Discontinuities with a residual.
     jumps: FilmJumps,
 }
 
@@ -136,7 +137,7 @@ impl LinearMethod for WarpedArea {
         let mut sum = 0.0;
         if job.active.geometry {
             for i in 0..CONTROLS {
-                // Any constant would do that does not depend on the samples.
+                // Any constant independent of the samples is valid.
                 let mut rng = stream(job.seed, &[pixel as u64, i as u64, CONTROL]);
                 let offset = (i as f64 + 0.5) / CONTROLS as f64 - 0.5;
                 let u = film.centre(pixel) + film.filter.radius() * offset;
@@ -156,13 +157,13 @@ impl LinearMethod for WarpedArea {
     }
 }
 
-/// The box filter jumps at the fixed ends of its pixel: the flux f V through one of them, chosen at
-/// random, is subtracted (Bangaru et al. 2022).
+/// Subtracts the flux f V through one end of the pixel, chosen at random, as the box filter is discontinuous
+/// at its static ends (Bangaru et al. 2022).
 fn pixel_end(sweep: &mut Sweep<'_, '_>, pixel: &Pixel) {
     let Job { world, camera, paths, .. } = *sweep.job;
     let rng = &mut sweep.streams.pixel_end;
     let outward = if open01(rng) < 0.5 { -1.0 } else { 1.0 };
-    // On both sides of a jump that is seen there.
+    // Randomly on both sides of a discontinuity there.
     let beside = camera.film.border() * (2.0 * open01(rng) - 1.0);
     let u = camera.film.centre(pixel.index) + 0.5 * outward + beside;
     let (value, rays) = paths.film_radiance(world, camera, u, rng);

@@ -1,4 +1,4 @@
-//! The arrangement of all edges: which shade is visible in each face, and where it jumps.
+//! Arrangement of all edges: the visible shade of each face, and its discontinuities.
 
 use std::collections::HashMap;
 
@@ -10,18 +10,18 @@ use crate::plane::box_tree::{Aabb, BoxTree};
 use crate::plane::triangulate::{OUTSIDE, TriangulateError, Triangulation, undirected};
 use crate::plane::{Attachment, Film, Scene};
 
-/// A piece of an edge across which the visible shape changes, or on which edges of several visible
-/// shapes coincide.
+/// A piece of an edge across which the visible shape changes, or on which edges of several visible shapes
+/// coincide.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Boundary {
     /// The two nodes.
     pub(super) nodes: [u32; 2],
-    /// The visible shape on either side; `None` is the background. `minus` is to the left of the
-    /// piece's direction (towards +y from +x), and ν points from minus to plus.
+    /// The visible shape on either side; `None` is the background. `minus` is to the left of the piece's
+    /// direction (towards +y from +x), and ν points from minus to plus.
     pub(super) minus: Option<u32>,
     pub(super) plus: Option<u32>,
-    /// The edges that lie here, of shapes that can be seen here, as indices into
-    /// [`Arrangement::edges`]. All must move alike for the derivative to exist.
+    /// The edges that lie here, of shapes visible here, as indices into [`Arrangement::edges`]. The
+    /// derivative exists only if all have the same motion.
     pub(super) owners: Vec<u32>,
 }
 
@@ -34,14 +34,14 @@ pub struct Arrangement<'a> {
     /// The visible shape in each triangle.
     pub(super) visible: Vec<Option<u32>>,
     pub(super) boundaries: Vec<Boundary>,
-    /// (shape, the two vertices numbered through the whole scene).
+    /// (shape, the two vertices by index in the whole scene).
     pub(super) edges: Vec<(usize, [usize; 2])>,
     face_tree: BoxTree,
     boundary_tree: BoxTree,
 }
 
 impl<'a> Arrangement<'a> {
-    /// Builds the arrangement; the film decides only how far it must reach.
+    /// Builds the arrangement; the film only determines its extent.
     ///
     /// # Errors
     /// [`ExactError::Noding`] or [`ExactError::Coordinate`].
@@ -54,7 +54,7 @@ impl<'a> Arrangement<'a> {
         for corner in frame(scene, film) {
             noded.node(corner);
         }
-        // The edges on each piece; creases own nothing.
+        // Edges on each piece; creases have no owner.
         let mut owners: HashMap<[u32; 2], Vec<u32>> = HashMap::new();
         for piece in &noded.pieces {
             let here = owners.entry(undirected(piece.nodes)).or_default();
@@ -84,8 +84,8 @@ impl<'a> Arrangement<'a> {
         (0..self.visible.len()).map(|t| (self.corners(t), self.visible[t].map(|s| s as usize)))
     }
 
-    /// The end points of every piece of edge on which the visible shape changes: the silhouettes
-    /// that are seen. The first shape is on the left, the second on the right.
+    /// End points of every piece of edge on which the visible shape changes: the visible silhouettes. The
+    /// first shape is on the left, the second on the right.
     pub fn silhouettes(&self) -> impl Iterator<Item = ([DVec2; 2], [Option<usize>; 2])> {
         self.boundaries.iter().filter(|b| b.minus != b.plus).map(|b| {
             let ends = b.nodes.map(|n| self.nodes[n as usize]);
@@ -93,7 +93,7 @@ impl<'a> Arrangement<'a> {
         })
     }
 
-    /// The silhouette pieces nearest to u and its distance; `None` if nothing is seen.
+    /// Index of the silhouette piece nearest to u, and its distance; `None` if nothing is visible.
     pub(super) fn nearest_boundary(&self, u: DVec2) -> Option<(usize, f64)> {
         let distance_squared = |i: usize| {
             let b = &self.boundaries[i];
@@ -135,8 +135,8 @@ fn sorted(mut edges: Vec<[u32; 2]>) -> Vec<[u32; 2]> {
     edges
 }
 
-/// The shapes that cover each triangle, in painter's order. Crossing a piece toggles the shapes
-/// that own it an odd number of times, so rounding can never make a face inconsistent.
+/// The shapes that cover each triangle, in painter's order. Crossing a piece toggles the shapes that own it
+/// an odd number of times, so rounding can never make a face inconsistent.
 fn covers(
     mesh: &Triangulation,
     owners: &HashMap<[u32; 2], Vec<u32>>,
@@ -174,7 +174,7 @@ fn boundaries(
             }
             let left = &covers[t];
             let right: &[u32] = if n == OUTSIDE { &[] } else { &covers[n as usize] };
-            // What covers both sides hides every edge below it.
+            // A shape that covers both sides hides every edge below it.
             let hidden_below = left.iter().rev().find(|s| right.contains(s));
             let seen =
                 |&&owner: &&u32| hidden_below.is_none_or(|&limit| edges[owner as usize].0 as u32 >= limit);
@@ -188,8 +188,8 @@ fn boundaries(
     boundaries
 }
 
-/// Lines on which a visible shade or its motion is not smooth, as segments that quadrature must
-/// not straddle: the stops of ramps, and the inner edges of triangulated material.
+/// Lines on which a visible shade or its motion is not smooth, as segments that quadrature must not straddle:
+/// the stops of ramps, and the inner edges of triangulated material.
 fn creases(scene: &Scene) -> Vec<[DVec2; 2]> {
     let mut creases = vec![];
     for (shape, s) in scene.shapes().iter().enumerate() {

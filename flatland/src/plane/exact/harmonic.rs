@@ -1,4 +1,4 @@
-//! The harmonic field: ΔV = 0 with V = v on every silhouette that is seen (Wu et al. 2025).
+//! Harmonic field: ΔV = 0 with V = v on every visible silhouette (Wu et al. 2025).
 
 use std::f64::consts::TAU;
 
@@ -8,14 +8,14 @@ use super::arrangement::Arrangement;
 use crate::random::{Stream, open01};
 use crate::warp::{Field, Plane, WarpField};
 
-/// V by walks on discs: from u, jump to a uniform point of the largest circle without a silhouette
-/// inside, until within `tolerance` of one, and take its velocity (Muller 1956). V = 0 on the
+/// V by walk on spheres, in the plane: from u, jump to a uniform point of the largest circle without a
+/// silhouette inside, until within `tolerance` of one, and take its velocity (Muller 1956). V = 0 on the
 /// arrangement's frame.
 ///
-/// The derivative is that of the first disc, ∇·V(u) = (2/R) E[V(y)·n]. Two walks start from
-/// opposite points ±n, so that a velocity common to both cancels.
+/// The derivative is that of the first disc, ∇·V(u) = (2/R) E[V(y)·n]. Two walks start from opposite points
+/// ±n, so that a velocity common to both cancels.
 ///
-/// Unbiased but for the last step, whose length is below `tolerance`.
+/// Unbiased except for the last step, whose length is below `tolerance`.
 #[derive(Clone, Debug)]
 pub struct HarmonicField<'a> {
     arrangement: &'a Arrangement<'a>,
@@ -25,7 +25,7 @@ pub struct HarmonicField<'a> {
 }
 
 impl<'a> Arrangement<'a> {
-    /// The harmonic field of a motion; `tolerance` is a length in the scene's unit, say 10⁻⁶ pixels,
+    /// The harmonic field of a motion; `tolerance` is a length in the scene's unit, for example 10⁻⁶ pixels,
     /// and at least 16 units in the last place of the coordinates.
     ///
     /// # Panics
@@ -34,7 +34,7 @@ impl<'a> Arrangement<'a> {
     pub fn harmonic(&'a self, velocities: &'a [DVec2], tolerance: f64) -> HarmonicField<'a> {
         let low = self.nodes.iter().copied().fold(DVec2::INFINITY, DVec2::min);
         let high = self.nodes.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max);
-        // A walk cannot come closer to a silhouette than coordinates can tell.
+        // A walk cannot come closer to a silhouette than the resolution of the coordinates.
         let tolerance = tolerance.max(16.0 * f64::EPSILON * low.abs().max(high.abs()).max_element());
         HarmonicField { arrangement: self, velocities, frame: (low, high), tolerance }
     }

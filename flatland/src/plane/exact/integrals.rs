@@ -1,4 +1,4 @@
-//! The integrals over pixels.
+//! Exact integrals over pixels.
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -10,12 +10,12 @@ use super::quadrature::{Clipped, Point, Rule};
 use crate::plane::segments::clip_segment;
 use crate::plane::{Film, Filter, FilterCell, Hit, Image};
 
-/// What the velocities of two coincident edges may differ by, relative to the velocities, and
-/// still count as the same: rounding in their interpolation.
+/// Relative difference up to which velocities of two coincident edges count as equal, for rounding in their
+/// interpolation.
 const SAME: f64 = 1e-12;
 
-/// Pieces shorter than this, relative to the coordinates there, are crossings smeared by rounding:
-/// what is lost by choosing one of their owners is as small.
+/// Length, relative to the coordinates, below which pieces are crossings blurred by rounding: the error of
+/// choosing one of their owners is as small.
 const SMEARED: f64 = 1e-12;
 
 impl Arrangement<'_> {
@@ -35,7 +35,7 @@ impl Arrangement<'_> {
         })
     }
 
-    /// ∫ h ∂f/∂θ du of every pixel: what the shades carried by moving material contribute.
+    /// ∫ h ∂f/∂θ du of every pixel: the contribution of shades carried by moving material.
     ///
     /// # Errors
     /// [`ExactError::Velocities`].
@@ -56,11 +56,11 @@ impl Arrangement<'_> {
         }))
     }
 
-    /// ∮ h Δf (v·ν) dl of every pixel, over the silhouettes that are seen.
+    /// ∮ h Δf (v·ν) dl of every pixel, over the visible silhouettes.
     ///
     /// # Errors
-    /// [`ExactError::EdgesPart`] or [`ExactError::PixelEdge`] where the derivative does not exist,
-    /// and [`ExactError::Velocities`].
+    /// [`ExactError::EdgesPart`] or [`ExactError::PixelEdge`] where the derivative does not exist, and
+    /// [`ExactError::Velocities`].
     pub fn boundary(&self, film: &Film, velocities: &[DVec2]) -> Result<Image, ExactError> {
         self.check(velocities)?;
         self.check_differentiable(film, velocities)?;
@@ -76,7 +76,7 @@ impl Arrangement<'_> {
         }))
     }
 
-    /// ∫ ∇·(V h f) du − ∮ f (V·n) dl of every pixel; the second only where the filter jumps.
+    /// ∫ ∇·(V h f) du − ∮ f (V·n) dl of every pixel; the second only if the filter is discontinuous.
     #[must_use]
     pub fn divergence(&self, film: &Film, oracle: &OracleField<'_>) -> Image {
         let rule = Rule::of(film);
@@ -112,8 +112,8 @@ impl Arrangement<'_> {
     /// [`interior`](Self::interior) + [`boundary`](Self::boundary).
     ///
     /// # Errors
-    /// [`ExactError::EdgesPart`] where edges of different shapes coincide, because each may move
-    /// alone, and [`ExactError::PixelEdge`].
+    /// [`ExactError::EdgesPart`] where edges of different shapes coincide, because each may move alone, and
+    /// [`ExactError::PixelEdge`].
     ///
     /// # Panics
     /// If the adjoint is smaller than the film.
@@ -186,7 +186,7 @@ impl Arrangement<'_> {
         Ok(())
     }
 
-    /// Refuses motions for which the derivative from the left is not that from the right.
+    /// Refuses motions for which the left derivative differs from the right one.
     fn check_differentiable(&self, film: &Film, velocities: &[DVec2]) -> Result<(), ExactError> {
         for b in self.boundaries.iter().filter(|b| self.on_film(b, film)) {
             let ends = b.nodes.map(|n| self.nodes[n as usize]);
@@ -221,7 +221,7 @@ impl Arrangement<'_> {
         ExactError::EdgesPart { first: shape(first), second: shape(second), at: p.midpoint(q) }
     }
 
-    /// Refuses a jump that lies on a box pixel's edge and may cross it.
+    /// Refuses a discontinuity that lies on a box pixel's edge and may cross it.
     fn check_pixel_edge(
         &self,
         b: &Boundary,
@@ -298,7 +298,7 @@ impl Arrangement<'_> {
         });
     }
 
-    /// What the visible shape of a face looks like.
+    /// Appearance of the visible shape of a face.
     fn surface(&self, face: usize) -> Surface {
         let Some(shape) = self.visible[face].map(|s| s as usize) else { return Surface::Background };
         if !self.scene.shapes()[shape].shade().is_carried() {
@@ -334,7 +334,7 @@ impl Arrangement<'_> {
     }
 }
 
-/// The shade of a face: fixed to the image, or carried by a triangle of material.
+/// Shade of a face: fixed to the image, or carried by a triangle of material.
 #[derive(Clone, Copy, Debug)]
 enum Surface {
     Background,

@@ -1,10 +1,10 @@
-//! Every integral of the theory, exactly: the arrangement of all edges and what follows from it.
+//! Exact integrals, from the arrangement of all edges.
 //!
 //! The edges of a scene cut the plane into faces in which one shade is visible. An [`Arrangement`]
-//! triangulates them (constrained Delaunay triangulation), so that for box and tent filters every
-//! integral over a pixel is a sum of polynomials over triangles and segments, for which
-//! Gauss–Legendre quadrature of the right order is exact to rounding. The Gaussian filter is not
-//! polynomial; its cells are one σ wide and 8 points a side leave an error below 10⁻¹².
+//! triangulates them (constrained Delaunay triangulation), so that for box and tent filters every integral
+//! over a pixel is a sum of polynomials over triangles and segments, for which Gauss–Legendre quadrature of
+//! sufficient order is exact to rounding. The Gaussian filter is not polynomial; its cells are one σ wide,
+//! where 8 points per side have an error below 10⁻¹².
 //!
 //! Per pixel p, with filter h:
 //!
@@ -15,9 +15,9 @@
 //! divergence  ∫ ∇·(V h f) du  −  ∮ f (V·n) dl        V: the oracle field; n: pixel edge (box only)
 //! ```
 //!
-//! and boundary = divergence by the divergence theorem. Where the derivative does not exist, two
-//! visible edges that coincide and part, or a moving edge on the edge of a box pixel, the answer is
-//! an error that names the place.
+//! and boundary = divergence by the divergence theorem. Where the derivative does not exist (two visible
+//! edges that coincide and separate, or a moving edge on the edge of a box pixel), the result is an error
+//! that names the place.
 
 mod arrangement;
 mod harmonic;
@@ -32,23 +32,23 @@ pub use oracle::OracleField;
 
 use glam::DVec2;
 
-/// An exact integral that cannot be had.
+/// Reason why an exact integral is not available.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExactError {
-    /// The edges' crossings, rounded to doubles, keep creating new crossings.
+    /// The crossings of edges, rounded to doubles, keep creating new crossings.
     #[error("the arrangement still had crossings after {rounds} rounds of splitting, near ({}, {})", at.x, at.y)]
     Noding {
-        /// How many rounds were made.
+        /// Number of rounds.
         rounds: usize,
-        /// A crossing that was left.
+        /// A remaining crossing.
         at: DVec2,
     },
     /// A node's coordinate is not 0 and not of magnitude 2⁻¹⁴² to 2²⁰¹.
     #[error("a coordinate of the arrangement is not 0 and not of magnitude 2⁻¹⁴² to 2²⁰¹")]
     Coordinate,
-    /// Edges of two shapes coincide to working precision and move apart: the derivative from the
-    /// left differs from the derivative from the right.
+    /// Edges of two shapes coincide to working precision and move apart: the left derivative differs from the
+    /// right one.
     #[error("not differentiable: edges of shapes {first} and {second} coincide at ({}, {}) and move apart", at.x, at.y)]
     EdgesPart {
         /// One of the shapes.
@@ -58,7 +58,7 @@ pub enum ExactError {
         /// A point of the common edge.
         at: DVec2,
     },
-    /// A moving edge lies on the edge of a pixel whose filter jumps there.
+    /// A moving edge lies on the edge of a box pixel.
     #[error("not differentiable: an edge of shape {shape} moves across the box filter's edge it lies on, at ({}, {})", at.x, at.y)]
     PixelEdge {
         /// The shape.
@@ -66,12 +66,12 @@ pub enum ExactError {
         /// A point of the edge.
         at: DVec2,
     },
-    /// Not one velocity per vertex, or one that is not finite.
+    /// The number of velocities differs from that of vertices, or one is not finite.
     #[error("{found} velocities for {expected} vertices, or one that is not finite")]
     Velocities {
-        /// The scene's vertices.
+        /// Number of vertices of the scene.
         expected: usize,
-        /// The velocities given.
+        /// Number of velocities given.
         found: usize,
     },
 }

@@ -1,10 +1,9 @@
-//! Splitting segments at each other until they meet in end points only.
+//! Noding: splitting segments at each other until they meet in end points only.
 //!
-//! Crossings are found by exact predicates and rounded to doubles, which bends segments by a
-//! rounding error and may make them meet again; so the pieces are split again until nothing meets
-//! ("iterated noding", as in the JTS topology suite). A crossing within rounding of an end point of
-//! its segments becomes that end point, without which bundles of almost coincident segments would
-//! be split for ever.
+//! Crossings are found by exact predicates and rounded to doubles, which bends segments by a rounding error
+//! and may make them meet again; the pieces are therefore split again until nothing meets ("iterated noding",
+//! as in the JTS topology suite). A crossing within rounding of an end point of its segments is replaced by
+//! that end point; otherwise bundles of almost coincident segments would be split for ever.
 
 use std::collections::HashMap;
 
@@ -19,11 +18,11 @@ use crate::plane::segments::{Meeting, crossing};
 pub(super) struct Piece {
     /// The nodes, in the direction of the source.
     pub(super) nodes: [u32; 2],
-    /// Which source segment.
+    /// Index of the source segment.
     pub(super) source: u32,
 }
 
-/// Nodes at distinct places and the pieces between them.
+/// Nodes at distinct positions, and the pieces between them.
 #[derive(Debug, Default)]
 pub(super) struct Noded {
     pub(super) nodes: Vec<DVec2>,
@@ -31,16 +30,16 @@ pub(super) struct Noded {
     ids: HashMap<[u64; 2], u32>,
 }
 
-/// Two rounds are the rule; each further one must bend a segment by another rounding error.
+/// Largest number of rounds. Two are typical; each further one must bend a segment by another rounding error.
 const ROUNDS: usize = 32;
-/// How close a crossing is to an end point that it becomes, relative to the coordinates there: 16
-/// units in the last place.
+/// Distance from a crossing to an end point below which it is replaced, relative to the coordinates: 16 units
+/// in the last place.
 const SNAP: f64 = 3.552_713_678_800_501e-15;
-/// From this round on the distance doubles with every round, so that the rounds come to an end.
+/// Round from which that distance doubles with every round, so that the rounds terminate.
 const PATIENCE: usize = 6;
 
 impl Noded {
-    /// Splits `sources` at their crossings and touchings.
+    /// Splits `sources` at their crossings and contacts.
     pub(super) fn new(sources: &[[DVec2; 2]]) -> Result<Self, ExactError> {
         let mut this = Self::default();
         for (source, ends) in (0_u32..).zip(sources) {
@@ -59,9 +58,9 @@ impl Noded {
         Ok(this)
     }
 
-    /// The node at p, made if there is none.
+    /// The node at p, created if there is none.
     pub(super) fn node(&mut self, p: DVec2) -> u32 {
-        // −0 and 0 are one coordinate, and what spade calls too small is 0.
+        // −0 and 0 are equal, and magnitudes below spade's minimum become 0.
         let p = DVec2::from(p.to_array().map(|x| if x.abs() < spade::MIN_ALLOWED_VALUE { 0.0 } else { x }));
         *self.ids.entry(p.to_array().map(f64::to_bits)).or_insert_with(|| {
             self.nodes.push(p);

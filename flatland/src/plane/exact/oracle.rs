@@ -1,4 +1,4 @@
-//! The oracle field: exact boundary velocities, interpolated linearly on the arrangement.
+//! Oracle field: exact boundary velocities, interpolated linearly on the arrangement.
 
 use glam::{DMat2, DVec2, DVec3};
 
@@ -6,13 +6,13 @@ use super::arrangement::{Arrangement, Boundary};
 use crate::plane::twice_area;
 use crate::warp::Field;
 
-/// A field that is linear in each triangle of the arrangement and takes the exact boundary
-/// velocity, along its normal, on every silhouette that is seen.
+/// A field that is linear in each triangle of the arrangement and takes the exact boundary velocity, along
+/// its normal, on every visible silhouette.
 ///
-/// Where boundaries of different motions meet in a node, V is the velocity of their crossing,
-/// which belongs to both. Where more meet than one vector can satisfy (a moving vertex exactly on
-/// another edge), V takes several values around that one node while its normal component stays
-/// continuous across every triangle edge, which is all the divergence theorem needs.
+/// Where boundaries of different motions meet in a node, V is the velocity of their crossing, which belongs
+/// to both. Where more meet than one vector can satisfy (a moving vertex exactly on another edge), V takes
+/// several values around that one node while its normal component stays continuous across every triangle
+/// edge, which suffices for the divergence theorem.
 #[derive(Clone, Debug)]
 pub struct OracleField<'a> {
     pub(super) arrangement: &'a Arrangement<'a>,
@@ -22,8 +22,7 @@ pub struct OracleField<'a> {
     pub(super) divergence: Vec<f64>,
 }
 
-/// How far a nodal velocity may miss a boundary's, relative to the velocities there, and still
-/// count as satisfying it: rounding in a 2 × 2 solve.
+/// Relative error up to which a nodal velocity counts as satisfying a boundary's: rounding in a 2 × 2 solve.
 const CONSISTENT: f64 = 1e-12;
 
 /// V·normal = flux at one end of a boundary.
@@ -44,8 +43,8 @@ impl<'a> Arrangement<'a> {
         velocities[a] + t * (velocities[b] - velocities[a])
     }
 
-    /// The unit normal from minus to plus. It is that of the whole edge: rounding may have turned a
-    /// short piece of it anywhere.
+    /// The unit normal from minus to plus. It is that of the whole edge, as rounding may have rotated a short
+    /// piece arbitrarily.
     pub(super) fn boundary_normal(&self, b: &Boundary) -> DVec2 {
         let [p, q] = b.nodes.map(|n| self.nodes[n as usize]);
         let edge = self.edges[b.owners[0] as usize].1.map(|v| self.scene.vertices()[v]);
@@ -87,8 +86,8 @@ impl<'a> Arrangement<'a> {
                 if value.consistent {
                     return value.velocity;
                 }
-                // The two edges that meet in this corner fix V by their fluxes; an edge that is
-                // no boundary takes the flux of the nodal value, the same from both sides.
+                // The two edges that meet in this corner determine V by their fluxes; an edge that is not a
+                // boundary has the flux of the nodal value, equal from both sides.
                 let rows = [(k + 1) % 3, (k + 2) % 3].map(|j| {
                     flux_at.get(&(nodes[k], nodes[j])).map_or_else(
                         || {
@@ -99,11 +98,12 @@ impl<'a> Arrangement<'a> {
                         |c| (c.normal, c.flux),
                     )
                 });
-                // A corner between two pieces of one line has no angle, and no area to matter.
+                // A corner between two pieces of one line has no angle, and no area.
                 let velocity = solve(rows);
                 if velocity.is_finite() { velocity } else { value.velocity }
             });
-            // ∇·V = Σ V_k·∇b_k, with the velocities relative to one of them: a common one has none.
+            // ∇·V = Σ V_k·∇b_k, with the velocities relative to one of them, as a common one has no
+            // divergence.
             let sides = [c - b, a - c, b - a].map(DVec2::perp);
             let sum: f64 = (1..3).map(|k| (values[k] - values[0]).dot(sides[k])).sum();
             corners.push(values);
@@ -136,8 +136,8 @@ struct Nodal {
     consistent: bool,
 }
 
-/// One V for a node: the velocity of a boundary there if it satisfies all, else that of the
-/// crossing of two, else the least-squares one, marked as inconsistent.
+/// One V for a node: the velocity of a boundary there if it satisfies all, else that of the crossing of two,
+/// else the least-squares solution, marked as inconsistent.
 fn nodal_velocity(conditions: &[Condition]) -> Nodal {
     if conditions.is_empty() {
         return Nodal { velocity: DVec2::ZERO, consistent: true };
@@ -158,7 +158,7 @@ fn nodal_velocity(conditions: &[Condition]) -> Nodal {
         matrix += DMat2::from_cols(c.normal.x * c.normal, c.normal.y * c.normal);
         right += c.flux * c.normal;
     }
-    // All normals parallel: any of the velocities is as good.
+    // All normals parallel: any of the velocities is equivalent.
     let least = matrix.inverse() * right;
     Nodal { velocity: if least.is_finite() { least } else { conditions[0].velocity }, consistent: false }
 }

@@ -11,8 +11,8 @@ use crate::quadrature::gauss_legendre;
 #[derive(Debug)]
 pub(super) struct Rule(Vec<(f64, f64)>);
 
-/// Exact for degree 5 on segments and total degree 4 on triangles: a quadratic shade times a
-/// bilinear filter, and with them a linear velocity on segments.
+/// Exact for degree 5 on segments and total degree 4 on triangles: a quadratic shade times a bilinear filter,
+/// and with a linear velocity on segments.
 static POLYNOMIAL: LazyLock<Rule> = LazyLock::new(|| Rule(gauss_legendre(3)));
 /// For the Gaussian filter on cells one σ wide.
 static SMOOTH: LazyLock<Rule> = LazyLock::new(|| Rule(gauss_legendre(8)));
@@ -42,8 +42,8 @@ impl Rule {
     }
 }
 
-/// A point of a triangle: where it is, and as barycentric coordinates. The latter are accurate
-/// relative to the triangle, however thin that is.
+/// A point of a triangle: its position, and its barycentric coordinates, which are accurate relative to the
+/// triangle, however thin that is.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Point {
     pub(super) u: DVec2,
@@ -51,7 +51,7 @@ pub(super) struct Point {
 }
 
 impl Point {
-    /// self + t (other − self), which keeps a coordinate that both share.
+    /// self + t (other − self), which preserves a common coordinate.
     pub(super) fn lerp(&self, other: &Self, t: f64) -> Self {
         Self {
             u: self.u + t * (other.u - self.u),
@@ -72,13 +72,13 @@ pub(super) struct Piece {
 pub(super) struct Clipped {
     corners: [Point; 8],
     len: usize,
-    /// Of the whole triangle.
+    /// Twice the area of the whole triangle.
     twice_area: f64,
 }
 
 impl Clipped {
-    /// Sutherland and Hodgman (1974). Corners made on a side of the cell have the side's coordinate
-    /// exactly. Empty if they meet in no area.
+    /// Clips a triangle (Sutherland and Hodgman 1974). Corners on a side of the cell have the side's
+    /// coordinate exactly. Empty if the intersection has no area.
     pub(super) fn new(triangle: [DVec2; 3], cell: &FilterCell) -> Self {
         let [a, b, c] = triangle;
         let mut corners = [Point { u: a, barycentric: DVec3::ZERO }; 8];
@@ -167,7 +167,7 @@ mod tests {
         }
         // The square less the corner cut off by x + y = 2.
         assert!((area - (2.25 - 0.5)).abs() < 1e-15);
-        // Touching along a side has no area.
+        // Contact along a side has no area.
         let outside = [DVec2::new(0.0, 0.0), DVec2::new(0.0, 1.0), DVec2::new(-1.0, 0.0)];
         assert!(Clipped::new(outside, &cell).corners().is_empty());
     }

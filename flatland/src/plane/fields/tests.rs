@@ -1,5 +1,5 @@
-//! The two rules of a warp field, by scanning: at every curve across which another shape is seen, V is the same from
-//! both sides, and the velocity of the curve.
+//! Scan tests of the two conditions on a warp field: at every curve across which the visible shape changes, V
+//! is continuous and equals the curve's velocity.
 
 use glam::{DVec2, DVec3};
 
@@ -24,7 +24,7 @@ fn star(centre: DVec2, radii: [f64; 2], turn: f64) -> Vec<DVec2> {
     (0..10).map(|i| centre + corner(i)).collect()
 }
 
-/// A scene of rings, and a velocity for every vertex by the number of its shape and its place.
+/// A scene of rings, and a velocity for every vertex as a function of its shape's index and its position.
 fn kind(
     name: &'static str,
     shapes: Vec<Vec<Vec<DVec2>>>,
@@ -38,7 +38,7 @@ fn kind(
     Kind { name, scene, velocities }
 }
 
-/// A velocity that is linear in the place, so that edges that coincide move together.
+/// A velocity that is linear in the position, so that coincident edges move together.
 fn together(_: usize, p: DVec2) -> DVec2 {
     DVec2::new(0.3 * p.y - 0.2 * p.x + 0.5, 0.7 * p.x - 0.4)
 }
@@ -64,7 +64,7 @@ fn kinds() -> Vec<Kind> {
     ]
 }
 
-/// What a scan found: curves met, the largest |V⁺ − V⁻|, and the largest |(V − v)·ν|.
+/// Result of a scan: the number of curves met, the largest |V⁺ − V⁻|, and the largest |(V − v)·ν|.
 #[derive(Default)]
 struct Found {
     met: usize,
@@ -72,7 +72,7 @@ struct Found {
     miss: f64,
 }
 
-/// Steps along random lines until another shape is seen, and halves the step down to rounding.
+/// Steps along random lines until the visible shape changes, and bisects the step down to rounding.
 fn scan(kind: &Kind, field: &impl WarpField<Plane>) -> Found {
     let scene = &kind.scene;
     let shape = |u: DVec2| scene.hit(u).map(|hit| hit.shape());

@@ -1,26 +1,26 @@
-//! What a scene may be refused for.
+//! Errors of scenes.
 
 use crate::plane::PolygonError;
 use crate::plane::shade::ShadeError;
 
-/// A scene that cannot be used.
+/// Reason for rejecting a scene.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SceneError {
-    /// A shade with a bad coefficient.
+    /// A shade has an invalid coefficient.
     #[error("shape {shape}: {source}")]
     Shade {
-        /// Which shape.
+        /// Index of the shape.
         shape: usize,
-        /// What is wrong with it.
+        /// The violation.
         source: ShadeError,
     },
-    /// A displaced polygon that is not one.
+    /// A displaced polygon is invalid.
     #[error("shape {shape}: {source}")]
     Polygon {
-        /// Which shape.
+        /// Index of the shape.
         shape: usize,
-        /// What is wrong with it.
+        /// The violation.
         source: PolygonError,
     },
     /// The background is not finite.

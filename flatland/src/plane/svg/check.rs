@@ -1,5 +1,5 @@
-//! What usvg drops or misreads without a word, found before: elements it does not know, references to nothing, and values
-//! and style sheets that its parsers skip. All else is judged on its result.
+//! Detection of content that usvg drops or misreads silently: unknown elements, dangling references, and
+//! values and style sheets that its parsers skip. Everything else is checked on usvg's result.
 
 use simplecss::{DeclarationTokenizer, StyleSheet};
 use svgtypes::{
@@ -10,18 +10,18 @@ use svgtypes::{
 use super::SvgError;
 use super::document::{Node, Source, attribute, attributes, href, is_svg};
 
-/// Elements may be nested this deep, with every `use` replaced by what it shows: usvg recurses.
+/// Largest nesting depth of elements, with every `use` expanded: usvg recurses.
 const MAX_DEPTH: usize = 256;
-/// Elements there may be, with every `use` replaced by what it shows.
+/// Largest number of elements, with every `use` expanded.
 const MAX_ELEMENTS: usize = 1_000_000;
 
-/// Elements that hold others, those that are filled, and those that draw nothing where they stand.
+/// Elements that contain others, those that are filled, and those that draw nothing themselves.
 const CONTAINERS: &str = "svg g a use symbol";
 const SHAPES: &str = "path polygon polyline rect circle ellipse line";
 const UNDRAWN: &str =
     "defs style title desc metadata linearGradient radialGradient pattern mask clipPath filter marker";
 
-/// Properties of CSS that draw, move or hide, and that usvg does not know.
+/// CSS properties that draw, move or hide, and that usvg does not support.
 const UNKNOWN: &str = "d x y cx cy r rx ry width height translate rotate scale transform-box offset offset-path \
     offset-distance offset-rotate perspective zoom all background clip mask-image mask-border mask-border-source \
     -webkit-mask -webkit-mask-image -webkit-clip-path -webkit-filter backdrop-filter animation animation-name transition";
@@ -30,7 +30,7 @@ fn has_word(list: &str, word: &str) -> bool {
     list.split(' ').any(|other| other == word)
 }
 
-/// Refuses what would be lost.
+/// Refuses content that would be lost.
 pub(super) fn check(source: &Source<'_>) -> Result<(), SvgError> {
     for node in source.document().descendants() {
         if node.pi().is_some_and(|pi| pi.target == "xml-stylesheet") {
@@ -45,12 +45,12 @@ pub(super) fn check(source: &Source<'_>) -> Result<(), SvgError> {
 
 struct Walk<'s, 'a> {
     source: &'s Source<'a>,
-    /// Elements met so far.
+    /// Number of elements visited.
     count: usize,
 }
 
 impl<'a> Walk<'_, 'a> {
-    /// An element, all in it, and what it uses.
+    /// An element, its content, and what it uses.
     fn element(&mut self, node: Node<'a>, depth: usize, mut is_drawn: bool) -> Result<(), SvgError> {
         let (source, tag) = (self.source, node.tag_name().name());
         let refuse = |what: &str| Err(source.unsupported(node, what));
@@ -80,14 +80,14 @@ impl<'a> Walk<'_, 'a> {
             if is_drawn && is_shape && !has_word(UNDRAWN, name) {
                 return Err(source.unsupported(child, &format!("{name} in {tag}")));
             }
-            // A symbol is drawn by what uses it.
+            // A symbol is drawn by its uses.
             self.element(child, depth + 1, is_drawn && name != "symbol")?;
         }
         Ok(())
     }
 }
 
-/// Checks the attributes of an element and its own style, and tells whether they hide it: `display: none`.
+/// Checks the attributes of an element and its own style; returns whether they hide it: `display: none`.
 fn values(source: &Source<'_>, node: Node<'_>) -> Result<bool, SvgError> {
     let text = attribute(node, "style").unwrap_or("");
     let style = declarations(text).ok_or_else(|| source.bad_value(node, "style", text))?;
@@ -104,7 +104,7 @@ fn values(source: &Source<'_>, node: Node<'_>) -> Result<bool, SvgError> {
 
 /// A property of a style.
 fn property(source: &Source<'_>, node: Node<'_>, name: &str, text: &str) -> Result<(), SvgError> {
-    // The size of the page is the page's business.
+    // The size of the page is not a drawing property.
     let is_page = node == source.root() && matches!(name, "width" | "height");
     if has_word(UNKNOWN, name) && !is_page && !matches!(text, "none" | "auto" | "initial" | "transparent") {
         return Err(source.unsupported(node, &format!("{name}=\"{text}\"")));
@@ -136,7 +136,7 @@ fn value(source: &Source<'_>, node: Node<'_>, name: &str, text: &str) -> Result<
     }
 }
 
-/// Whether usvg reads all of a value. What it cannot read it skips, or takes for black.
+/// Whether usvg reads the whole value. Unreadable values it skips, or takes for black.
 fn is_readable(name: &str, text: &str) -> bool {
     let length =
         |least: f64| text == "auto" || text.parse().is_ok_and(|length: Length| length.number >= least);
@@ -167,7 +167,7 @@ fn is_readable(name: &str, text: &str) -> bool {
     }
 }
 
-/// Whether a number has an exponent with which its square, or its quotient, is lost in single precision.
+/// Whether a number has an exponent for which its square or quotient is lost in single precision.
 fn is_beyond_single_precision(text: &str) -> bool {
     text.split(['e', 'E']).skip(1).any(|rest| {
         let exponent = rest.trim_start_matches(['+', '-']);
@@ -176,7 +176,7 @@ fn is_beyond_single_precision(text: &str) -> bool {
     })
 }
 
-/// usvg drops what is scaled by less than 2⁻²³; by 0 it has no area.
+/// usvg drops shapes scaled by less than 2⁻²³; scaled by 0 they have no area.
 fn keeps_what_it_scales(t: Transform) -> bool {
     [t.a.hypot(t.c), t.b.hypot(t.d)].iter().all(|&scale| scale == 0.0 || scale > f64::from(f32::EPSILON))
 }
@@ -223,7 +223,7 @@ fn style_sheet(source: &Source<'_>, node: Node<'_>) -> Result<(), SvgError> {
             return Err(source.unsupported(node, &format!("the selector \"{}\"", selectors.trim())));
         }
         for (name, text) in list {
-            // Otherwise what an element hides by itself might be shown.
+            // Otherwise an element hidden by its own style might be shown.
             if name == "display" && text != "none" {
                 return Err(source.unsupported(node, &format!("display: {text} in a style sheet")));
             }
@@ -248,7 +248,7 @@ fn declarations(text: &str) -> Option<Vec<(&str, &str)>> {
     let is_whole = |(piece, (name, value)): (&&str, &(&str, &str))| {
         let rest = piece.split_once(value).map_or(*piece, |(_, rest)| rest);
         let is_done = matches!(rest.replace(char::is_whitespace, "").as_str(), "" | "!important");
-        // CSS knows no case, usvg does; and its parser skips a star.
+        // CSS is case-insensitive, usvg is not; and its parser skips a star.
         let is_lower = !name.contains(|c: char| c.is_ascii_uppercase());
         is_done && is_lower && !piece.trim_start().starts_with('*')
     };

@@ -1,4 +1,4 @@
-//! The XML document: where elements stand, and which of them usvg's shapes come from.
+//! The XML document: positions of elements, and the elements from which usvg's shapes come.
 
 use std::collections::HashMap;
 
@@ -12,15 +12,15 @@ pub(super) type Node<'a> = roxmltree::Node<'a, 'a>;
 const SVG: &str = "http://www.w3.org/2000/svg";
 const XLINK: &str = "http://www.w3.org/1999/xlink";
 
-/// The elements whose ids usvg keeps on what it draws.
+/// Elements whose ids usvg keeps on its shapes.
 const NAMED: [&str; 10] =
     ["g", "a", "use", "path", "polygon", "polyline", "rect", "circle", "ellipse", "line"];
 
-/// A document in which ids differ and every element has its own place in the text, so that each can be told.
+/// A document in which ids are unique and every element has its own position in the text.
 pub(super) struct Source<'a> {
     document: &'a Document<'a>,
     by_id: HashMap<&'a str, Node<'a>>,
-    /// What the ids begin with that are given to elements without one. Not in the text.
+    /// Prefix, absent from the text, of the ids given to elements without one.
     prefix: String,
 }
 
@@ -34,7 +34,7 @@ impl<'a> Source<'a> {
         let mut this = Self { document, by_id: HashMap::new(), prefix };
         let mut last = None;
         for node in document.descendants().filter(Node::is_element) {
-            // An entity that holds elements puts them before others or many times at one place.
+            // An entity that contains elements places them before others or repeatedly at one position.
             let start = node.range().start;
             if last.is_some_and(|last| last >= start) || !text[start..].starts_with('<') {
                 return Err(this.unsupported(node, "an element inside an entity"));
@@ -48,7 +48,7 @@ impl<'a> Source<'a> {
                 return Err(this.unsupported(node, "an id or style of another namespace"));
             }
             let Some(id) = node.attribute("id") else { continue };
-            // What usvg makes without an element has an empty one.
+            // usvg's nodes without an element have an empty id.
             if id.is_empty() && is_svg(node) {
                 return Err(this.unsupported(node, "an empty id"));
             }
@@ -76,12 +76,12 @@ impl<'a> Source<'a> {
         self.by_id.get(id).copied().filter(|&node| is_svg(node))
     }
 
-    /// What an element's `href` (or `xlink:href`, if there is none) refers to.
+    /// The target of an element's `href` (or `xlink:href`, if there is none).
     pub(super) fn target(&self, node: Node<'a>) -> Option<Node<'a>> {
         self.by_id(href(node)?.trim().strip_prefix('#')?)
     }
 
-    /// The text with an id on every element that usvg names its shapes after.
+    /// The text with an id on every element after which usvg names its shapes.
     pub(super) fn text_with_ids(&self) -> String {
         let text = self.document.input_text();
         let mut out = String::with_capacity(2 * text.len());
@@ -113,7 +113,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// The ids of an element and all around it, innermost first.
+    /// Ids of an element and its ancestors, innermost first.
     pub(super) fn ids(&self, node: Node<'a>) -> Vec<String> {
         node.ancestors().filter_map(|n| attribute(n, "id")).map(str::to_owned).collect()
     }
@@ -163,7 +163,7 @@ pub(super) fn attributes<'a>(node: Node<'a>) -> impl Iterator<Item = (&'a str, &
     node.attributes().filter(|a| a.namespace().is_none()).map(|a| (a.name(), a.value()))
 }
 
-/// The attribute of this name in no namespace; roxmltree's own look-up takes any namespace.
+/// The attribute of this name in no namespace; roxmltree's own lookup accepts any namespace.
 pub(super) fn attribute<'a>(node: Node<'a>, name: &str) -> Option<&'a str> {
     attributes(node).find(|&(n, _)| n == name).map(|(_, value)| value)
 }

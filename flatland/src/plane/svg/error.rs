@@ -1,4 +1,4 @@
-//! Why a drawing cannot be read, and where.
+//! Errors of reading a drawing, with positions.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -8,16 +8,16 @@ use super::MAX_COORDINATE;
 use super::MIN_TOLERANCE;
 use crate::plane::{PolygonError, SceneError, ShadeError};
 
-/// An element of the file, to be found by a person.
+/// An element of the file, with its position for the user.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Element {
     /// Its name, without a namespace.
     pub tag: String,
     /// Its id.
     pub id: Option<String>,
-    /// The line where it begins, from 1.
+    /// The line where it starts, from 1.
     pub line: u32,
-    /// The column where it begins, in characters, from 1.
+    /// The column where it starts, in characters, from 1.
     pub column: u32,
 }
 
@@ -31,7 +31,7 @@ impl fmt::Display for Element {
     }
 }
 
-/// A drawing that cannot be read.
+/// Reason why a drawing cannot be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SvgError {
@@ -40,7 +40,7 @@ pub enum SvgError {
     Io {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         source: std::io::Error,
     },
     /// The text is not well-formed XML.
@@ -50,13 +50,13 @@ pub enum SvgError {
         line: u32,
         /// The column, in characters, from 1.
         column: u32,
-        /// What is wrong there, with its place.
+        /// The violation, with its position.
         message: String,
     },
-    /// Something is drawn that a scene cannot show.
+    /// Something is drawn that a scene cannot represent.
     #[error("{element}: {what} is not supported")]
     Unsupported {
-        /// What draws it.
+        /// The element that draws it.
         element: Element,
         /// The feature.
         what: String,
@@ -64,30 +64,30 @@ pub enum SvgError {
     /// A value that does not parse, or a number beyond ±[`MAX_COORDINATE`].
     #[error("{element}: cannot read {name}=\"{value}\"")]
     Value {
-        /// Where it stands.
+        /// The element.
         element: Element,
         /// The attribute or style property.
         name: String,
         /// Its value, cut after 60 characters.
         value: String,
     },
-    /// A path that is no polygon even after its fill rule is resolved.
+    /// A path that is not a polygon even after its fill rule is resolved.
     #[error("{element}: {source}")]
     Polygon {
         /// The path.
         element: Element,
-        /// What is wrong with its rings.
+        /// The violation.
         source: PolygonError,
     },
-    /// A gradient that is no shade.
+    /// A gradient that is not a shade.
     #[error("{element}: {source}")]
     Shade {
-        /// What the gradient paints.
+        /// The element painted by the gradient.
         element: Element,
-        /// What is wrong with the gradient.
+        /// The violation.
         source: ShadeError,
     },
-    /// The root has no size, or usvg refuses the document as a whole.
+    /// The root has no size, or usvg rejects the document as a whole.
     #[error("{message}")]
     Document {
         /// usvg's message.

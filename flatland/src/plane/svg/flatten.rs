@@ -1,20 +1,19 @@
-//! Curves to chords. The bounds are derived in the module above.
+//! Approximation of curves by chords. The bounds are derived in [`super`].
 
 use glam::DVec2;
 use usvg::tiny_skia_path::{PathSegment, Point};
 
 use super::MAX_COORDINATE;
 
-/// The closed rings of a path in the image, curves within `tolerance` of their chords, without
-/// repeated vertices and without rings of zero area. `None` if a coordinate is beyond
-/// ±[`MAX_COORDINATE`].
+/// Closed rings of a path in the image, with curves within `tolerance` of their chords, without repeated
+/// vertices or rings of zero area. `None` if a coordinate is beyond ±[`MAX_COORDINATE`].
 pub(super) fn rings(path: &usvg::Path, tolerance: f64) -> Option<Vec<Vec<DVec2>>> {
     let t = path.abs_transform();
     let [sx, kx, tx, ky, sy, ty] = [t.sx, t.kx, t.tx, t.ky, t.sy, t.ty].map(f64::from);
     let place = |p: Point| {
         let (x, y) = (f64::from(p.x), f64::from(p.y));
         let q = DVec2::new(sx * x + kx * y + tx, ky * x + sy * y + ty);
-        // A polygon takes no subnormal coordinates, so what cancels to almost 0 is 0.
+        // Polygons refuse subnormal coordinates: values that cancel to almost 0 become 0.
         let q = DVec2::from(q.to_array().map(|x| if x.abs() < 1e-30 { 0.0 } else { x }));
         // False for NaN.
         q.abs().cmple(DVec2::splat(MAX_COORDINATE)).all().then_some(q)

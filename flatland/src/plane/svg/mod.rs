@@ -1,18 +1,17 @@
 //! SVG drawings as scenes.
 //!
-//! [`read`] turns the filled shapes of a drawing into polygons in painter's order. What the
-//! scene cannot show exactly is refused by an [`SvgError`] that names the element and its place
-//! in the file; nothing that would be drawn is dropped in silence.
+//! [`read`] turns the filled shapes of a drawing into polygons in painter's order. Content that a scene
+//! cannot represent exactly is refused by an [`SvgError`] that names the element and its position in the
+//! file; nothing visible is dropped silently.
 //!
-//! Supported: `svg`, `g`, `a`, `path`, `polygon`, `polyline`, `rect`, `circle`, `ellipse`, `use`,
-//! `defs`, `style`, and `linearGradient` with `spreadMethod="pad"`. Refused where they would be
-//! drawn: text, images, strokes, markers, any opacity between 0 and 1, radial gradients,
-//! patterns, masks, filters, clipping, blend modes, gradients with a jump, `switch`, animations,
-//! scripts, and values that do not parse. What is invisible is left out: `display: none`,
-//! `visibility: hidden`, opacity 0, no fill, regions without area, what is only defined. (Text and
-//! other unsupported elements are left out if an attribute or `style` of their own or of a group
-//! around them says `display: none`, and only then.) Elements of foreign namespaces are ignored, as
-//! SVG demands. Conditions such as `systemLanguage` are decided for English.
+//! Supported: `svg`, `g`, `a`, `path`, `polygon`, `polyline`, `rect`, `circle`, `ellipse`, `use`, `defs`,
+//! `style`, and `linearGradient` with `spreadMethod="pad"`. Refused where they would be drawn: text, images,
+//! strokes, markers, any opacity between 0 and 1, radial gradients, patterns, masks, filters, clipping, blend
+//! modes, discontinuous gradients, `switch`, animations, scripts, and values that do not parse. Invisible
+//! content is omitted: `display: none`, `visibility: hidden`, opacity 0, no fill, regions without area, and
+//! unused definitions. (Text and other unsupported elements are omitted only if an attribute or `style` of
+//! their own or of an enclosing group says `display: none`.) Elements of foreign namespaces are ignored, as
+//! SVG requires. Conditions such as `systemLanguage` are evaluated for English.
 //!
 //! # Example
 //! ```
@@ -33,33 +32,32 @@
 //! ```
 //!
 //! # Coordinates
-//! Those of the drawing's viewport: pixels of `width` × `height`, y down. [`usvg`] resolves styles
-//! and transforms in single precision, so coordinates carry errors of some 10⁻⁷ of their magnitude;
-//! beyond ±[`MAX_COORDINATE`] they are refused.
+//! Coordinates are those of the drawing's viewport: pixels of `width` × `height`, y down. [`usvg`] resolves
+//! styles and transforms in single precision, so coordinates have relative errors of about 10⁻⁷; beyond
+//! ±[`MAX_COORDINATE`] they are refused.
 //!
 //! # Curves
-//! A curve becomes n chords at equal steps of its parameter. A chord over a step 1/n is within
-//! max|B″| / (8 n²) of the curve (Taylor), hence within `tolerance` for
+//! A curve becomes n chords at equal steps of its parameter. A chord over a step 1/n is within max|B″| / (8
+//! n²) of the curve (Taylor), hence within `tolerance` for
 //!
 //! ```text
 //! quadratic:  n ≥ √( |p₀ − 2p₁ + p₂| / (4 tolerance) )
 //! cubic:      n ≥ √( 3 max(|p₀ − 2p₁ + p₂|, |p₁ − 2p₂ + p₃|) / (4 tolerance) )
 //! ```
 //!
-//! taken after all transforms. Circles, ellipses and arcs reach this step as cubics: usvg
-//! replaces them within 2.8·10⁻⁴ of their radius, which adds to the tolerance.
+//! taken after all transforms. Circles, ellipses and arcs arrive as cubics: usvg approximates them within
+//! 2.8·10⁻⁴ of their radius, which adds to the tolerance.
 //!
 //! # Fill rules
-//! A path whose rings are a valid [`Polygon`] that its fill rule fills alike is taken as it is.
-//! Every other path (crossings, overlaps, nested rings of one orientation under `nonzero`) is
-//! resolved by `i_overlay` on a grid of step [`GRID`], to which all its vertices are rounded. One
-//! path is one [`Shape`].
+//! A path whose rings are a valid [`Polygon`] with the same region as its fill rule is used unchanged. Every
+//! other path (crossings, overlaps, nested rings of one orientation under `nonzero`) is resolved by
+//! `i_overlay` on a grid of step [`GRID`], to which all its vertices are rounded. One path is one [`Shape`].
 //!
 //! # Colours
-//! sRGB bytes divided by 255, not linearised: the renderer is linear in whatever colours are, and
-//! SVG interpolates gradients in sRGB. A linear gradient is [`Shade::ramp`] with
-//! t(u) = (M⁻¹u − p₁)·d/|d|², where M takes the gradient's coordinates to the image and
-//! d = p₂ − p₁; so the direction of the ramp is L⁻ᵀd/|d|², with L the linear part of M.
+//! sRGB bytes divided by 255, not linearised: the renderer is linear in colours of any kind, and SVG
+//! interpolates gradients in sRGB. A linear gradient is [`Shade::ramp`] with t(u) = (M⁻¹u − p₁)·d/|d|², where
+//! M maps the gradient's coordinates to the image and d = p₂ − p₁; so the direction of the ramp is L⁻ᵀd/|d|²,
+//! with L the linear part of M.
 
 mod check;
 mod document;
@@ -84,25 +82,25 @@ use super::{Attachment, Scene, Shape};
 #[cfg(doc)]
 use super::{Polygon, Shade};
 
-/// The largest coordinate, in the file and in the image. Single precision, in which usvg works,
-/// leaves errors of 0.06 there.
+/// Largest coordinate, in the file and in the image. Single precision, which usvg uses, has errors of 0.06
+/// there.
 pub const MAX_COORDINATE: f64 = 1e6;
 
-/// The step of the grid to which a path is rounded where its fill rule has to be resolved: 2⁻²⁰.
+/// Step of the grid to which a path is rounded if its fill rule must be resolved: 2⁻²⁰.
 pub const GRID: f64 = 1.0 / 1_048_576.0;
 
-/// The smallest tolerance: the rounding error of a coordinate of 16.
+/// Smallest tolerance: the rounding error of a coordinate of 16.
 pub const MIN_TOLERANCE: f64 = 1e-6;
 
-/// How a drawing becomes a scene.
+/// Options for reading a drawing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SvgOptions {
-    /// How far a chord may be from its curve, in pixels of the drawing. 0.1 is invisible; halving
-    /// it multiplies the edges of curves by √2.
+    /// Largest distance of a chord from its curve, in pixels of the drawing. 0.1 is invisible; halving it
+    /// multiplies the edges of curves by √2.
     pub tolerance: f64,
-    /// What gradients are fixed to when their shape moves.
+    /// Attachment of gradients when their shape moves.
     pub attachment: Attachment,
-    /// The colour where nothing is drawn.
+    /// Background colour.
     pub background: DVec3,
 }
 
@@ -118,22 +116,22 @@ impl Default for SvgOptions {
 pub struct Drawing {
     /// The shapes in painter's order.
     pub scene: Scene,
-    /// The width and height of the viewport. What lies outside is part of the scene.
+    /// Width and height of the viewport. Content outside it is part of the scene.
     pub size: DVec2,
-    /// For each shape the ids of its element and of the groups around it, innermost first. What a
-    /// `use` draws belongs to the `use`.
+    /// For each shape, the ids of its element and of its enclosing groups, innermost first. A shape drawn by
+    /// a `use` belongs to the `use`.
     pub ids: Vec<Vec<String>>,
 }
 
 impl Drawing {
-    /// The id of a shape's element, or of the nearest group around it that has one.
+    /// Id of a shape's element, or of the innermost enclosing group that has one.
     #[must_use]
     pub fn name(&self, shape: usize) -> Option<&str> {
         self.ids.get(shape)?.first().map(String::as_str)
     }
 
-    /// All shapes that an element draws, or a group and the groups in it; none if no visible
-    /// element has this id.
+    /// All shapes drawn by an element, or by a group and its nested groups; empty if no visible element has
+    /// this id.
     #[must_use]
     pub fn shapes_under(&self, id: &str) -> Vec<usize> {
         (0..self.ids.len()).filter(|&shape| self.ids[shape].iter().any(|name| name == id)).collect()
@@ -149,7 +147,7 @@ pub fn read(path: &Path, options: &SvgOptions) -> Result<Drawing, SvgError> {
     parse(&text, options)
 }
 
-/// Reads a regular file. Pipes and devices are refused: they may have no end, or never begin.
+/// Reads a regular file. Pipes and devices are refused: they may never begin or end.
 fn text(path: &Path) -> std::io::Result<String> {
     let kind = std::fs::metadata(path)?.file_type();
     if !kind.is_file() && !kind.is_dir() {
@@ -162,7 +160,7 @@ fn text(path: &Path) -> std::io::Result<String> {
 /// Reads a drawing from its text.
 ///
 /// # Errors
-/// Any [`SvgError`] but [`SvgError::Io`].
+/// Any [`SvgError`] except [`SvgError::Io`].
 pub fn parse(text: &str, options: &SvgOptions) -> Result<Drawing, SvgError> {
     let tolerance = options.tolerance;
     if !(tolerance.is_finite() && tolerance >= MIN_TOLERANCE) {
@@ -187,7 +185,7 @@ pub fn parse(text: &str, options: &SvgOptions) -> Result<Drawing, SvgError> {
     Ok(Drawing { scene, size, ids: reader.ids })
 }
 
-/// usvg's options: no file but the drawing is ever opened.
+/// usvg's options: no other file than the drawing is ever opened.
 fn usvg_options() -> usvg::Options<'static> {
     let image_href_resolver = usvg::ImageHrefResolver {
         resolve_data: Box::new(|_, _, _| None),
@@ -205,7 +203,7 @@ struct Reader<'s, 'a> {
 }
 
 impl<'a> Reader<'_, 'a> {
-    /// `owner` is the element that draws what has no id: the innermost `use`, or the root.
+    /// `owner` is the element that draws shapes without an id: the innermost `use`, or the root.
     fn group(&mut self, group: &usvg::Group, owner: Node<'a>) -> Result<(), SvgError> {
         let owner = self.source.by_given_id(group.id()).unwrap_or(owner);
         let opacity = group.opacity().get();
@@ -239,7 +237,7 @@ impl<'a> Reader<'_, 'a> {
         Ok(())
     }
 
-    /// The element of a group: its own, or, if it was made for a single shape, that of the shape.
+    /// Element of a group: its own or, if it was made for a single shape, that of the shape.
     fn owner(&self, group: &usvg::Group, outer: Node<'a>) -> Node<'a> {
         match (self.source.by_given_id(group.id()), group.children().first()) {
             (Some(node), _) => node,

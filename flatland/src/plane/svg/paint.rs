@@ -1,18 +1,18 @@
-//! Paints to shades.
+//! Conversion of paints to shades.
 
 use glam::{DAffine2, DMat2, DVec2, DVec3};
 use usvg::{LinearGradient, Paint, SpreadMethod, Transform};
 
 use super::super::{Attachment, Shade, ShadeError};
 
-/// Stops closer than this are one: usvg moves equal offsets apart by 2⁻²³.
+/// Stops closer than this are merged: usvg moves equal offsets apart by 2⁻²³.
 const SAME_OFFSET: f64 = 1e-6;
 
-/// Why a paint is no shade.
+/// Reason why a paint is not a shade.
 pub(super) enum PaintError {
-    /// It is drawn, but not by a scene.
+    /// Not representable in a scene.
     Unsupported(&'static str),
-    /// It is not well defined.
+    /// Not well defined.
     Shade(ShadeError),
 }
 
@@ -64,7 +64,7 @@ fn ramp(
         return Ok(Shade::constant(last));
     }
     let to_image = affine(transform) * affine(gradient.transform());
-    // Singular, or with overflow on the way.
+    // Singular, or overflow in its computation.
     if !to_image.matrix2.inverse().is_finite() {
         return Err(PaintError::Unsupported("a gradient whose transform has no inverse"));
     }

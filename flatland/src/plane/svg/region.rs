@@ -1,4 +1,4 @@
-//! Fill rules: rings that may cross, to a polygon.
+//! Fill rules: conversion of rings that may cross to a polygon.
 
 use std::collections::HashMap;
 
@@ -12,7 +12,7 @@ use usvg::FillRule;
 use super::super::{Polygon, PolygonError, orient};
 use super::GRID;
 
-/// The region that a fill rule gives to rings, or `None` if it has no area.
+/// The region of rings under a fill rule; `None` if it has no area.
 pub(super) fn polygon(rings: Vec<Vec<DVec2>>, rule: FillRule) -> Result<Option<Polygon>, PolygonError> {
     let rings = clean(rings);
     if rings.is_empty() {
@@ -42,7 +42,7 @@ fn clean(rings: Vec<Vec<DVec2>>) -> Vec<Vec<DVec2>> {
         .collect()
 }
 
-/// Whether the nonzero rule fills a polygon as the even-odd rule does.
+/// Whether the nonzero rule fills a polygon like the even-odd rule.
 fn is_nonzero_alike(polygon: &Polygon) -> bool {
     // The winding number changes by 1 across an edge: upwards where the interior is to its left.
     // Outermost components have 0 outside, so all their edges must have the interior on one side
@@ -78,13 +78,13 @@ fn is_nonzero_alike(polygon: &Polygon) -> bool {
     true
 }
 
-/// Rings that do not cross, with the given rings' region as their even-odd region.
+/// Rings that do not cross, whose even-odd region is that of the given rings.
 fn resolve(rings: &[Vec<DVec2>], rule: FillRule) -> Vec<Vec<DVec2>> {
     let rule = match rule {
         FillRule::NonZero => OverlayFillRule::NonZero,
         FillRule::EvenOdd => OverlayFillRule::EvenOdd,
     };
-    // Coordinates are at most 10⁶/GRID < 2⁴¹: exact in i64 and, back again, in f64.
+    // Coordinates are at most 10⁶/GRID < 2⁴¹: exact in i64 and, converted back, in f64.
     let to_grid = |p: &DVec2| IntPoint::new((p.x / GRID).round() as i64, (p.y / GRID).round() as i64);
     let contours: Vec<Vec<_>> = rings.iter().map(|ring| ring.iter().map(to_grid).collect()).collect();
     let options = IntOverlayOptions {

@@ -1,4 +1,4 @@
-//! Discs and polygons: rays against them, and their critical directions.
+//! Discs and polygons: ray intersection, and critical directions.
 
 use glam::DVec2;
 
@@ -6,11 +6,11 @@ use super::ExactError;
 use crate::sdf::Sdf;
 use crate::sdf::shapes::{Circle, Polygon, RoundedBox, Shape, segments_meet};
 
-/// A disc or a polygon, and where its parameters begin.
+/// A disc or a polygon, with the index of its first parameter.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Body<'a> {
     outline: Outline<'a>,
-    /// Which body it is.
+    /// Index of the body.
     index: usize,
     first: usize,
 }
@@ -30,25 +30,25 @@ pub(super) struct Element {
     pub(super) part: usize,
 }
 
-/// A direction in which L may jump.
+/// A direction in which L may be discontinuous.
 pub(super) struct Critical {
     pub(super) angle: f64,
     pub(super) rate: f64,
     pub(super) distance: f64,
     /// The elements that meet there.
     pub(super) skip: Vec<Element>,
-    /// The normal of what is seen of the body just below and just above the angle.
+    /// The body's visible normal just below and just above the angle.
     pub(super) normals: [Option<DVec2>; 2],
 }
 
-/// The bodies of a shape, if their union is that of closed forms.
+/// The bodies of a shape, if it is a union of shapes with closed forms.
 pub(super) fn bodies(shape: &Shape) -> Result<Vec<Body<'_>>, ExactError> {
     let mut found = vec![];
     let width = collect(shape, 0, &mut found)?;
     for (second, b) in found.iter().enumerate() {
         for (first, a) in found[..second].iter().enumerate() {
             let gap = a.gap(b);
-            // Not a number is not enough.
+            // NaN is not sufficient either.
             if !(gap >= width && gap > 0.0) {
                 return Err(ExactError::Blended { first, second, gap, width });
             }
@@ -57,8 +57,8 @@ pub(super) fn bodies(shape: &Shape) -> Result<Vec<Body<'_>>, ExactError> {
     Ok(found)
 }
 
-/// Appends the bodies of a shape and returns the sum of its blending widths: nested unions blend no
-/// wider than that.
+/// Appends the bodies of a shape and returns the sum of its blending widths: nested unions blend no wider
+/// than that.
 fn collect<'a>(shape: &'a Shape, first: usize, found: &mut Vec<Body<'a>>) -> Result<f64, ExactError> {
     let outline = match shape {
         Shape::Circle(circle) => Outline::Circle(circle),
@@ -102,8 +102,8 @@ impl Body<'_> {
         }
     }
 
-    /// The distance between two bodies; negative or 0 if they overlap. That of two polygons whose edges
-    /// do not meet is found at a vertex of one.
+    /// Distance between two bodies; negative or 0 if they overlap. For two polygons whose edges do not meet
+    /// it is attained at a vertex of one.
     fn gap(&self, other: &Self) -> f64 {
         match (self.outline, other.outline) {
             (Outline::Circle(a), Outline::Circle(b)) => {
@@ -137,7 +137,7 @@ impl Body<'_> {
         }
     }
 
-    /// The distance to an element along a ray.
+    /// Distance to an element along a ray.
     pub(super) fn intersect(&self, part: usize, eye: DVec2, direction: DVec2) -> Option<f64> {
         if let Outline::Circle(circle) = self.outline {
             let offset = circle.centre() - eye;
@@ -164,7 +164,7 @@ impl Body<'_> {
         }
     }
 
-    /// ẋ and ṅ of what is seen at x in a fixed direction ω.
+    /// ẋ and ṅ of the point seen at x in a fixed direction ω.
     pub(super) fn rates(&self, part: usize, x: DVec2, omega: DVec2, direction: &[f64]) -> (DVec2, DVec2) {
         let n = self.normal(part, x);
         if let Outline::Circle(circle) = self.outline {
@@ -184,7 +184,7 @@ impl Body<'_> {
         (point, tangent * (-n.dot(vb - va) / length))
     }
 
-    /// The tangents of a disc, or the vertices of a polygon.
+    /// Tangents of a disc, or vertices of a polygon.
     pub(super) fn critical(&self, eye: DVec2, direction: &[f64]) -> Vec<Critical> {
         match self.outline {
             Outline::Circle(circle) => self.tangents(circle, eye, direction).into(),
@@ -228,7 +228,7 @@ impl Body<'_> {
         let distance = offset.length();
         let velocity = self.vertex_velocity(vertex, direction);
         let edges = [(before, previous), (vertex, next)];
-        // What is seen on one side is an edge that leaves to that side and faces the eye.
+        // On one side the visible edge is the one that leaves to that side and faces the eye.
         let seen = |side: f64| {
             let facing = edges.iter().filter(|(_, end)| side * offset.perp_dot(*end - here) > 0.0);
             let normals = facing.map(|(part, _)| self.normal(*part, here));

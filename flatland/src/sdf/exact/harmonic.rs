@@ -1,4 +1,4 @@
-//! The harmonic field: the smoothest one that is boundary consistent.
+//! Harmonic field: the smoothest boundary-consistent field.
 
 use std::f64::consts::TAU;
 
@@ -10,8 +10,8 @@ use crate::sdf::fields::MotionField;
 use crate::sdf::tracer::RayCount;
 use crate::warp::{Circle, Field, WarpField};
 
-/// ΔV = 0 between silhouettes and V = v on them: on the circle, linear in the angle from one
-/// silhouette to the next. It needs to know all of them.
+/// ΔV = 0 between silhouettes and V = v on them: on the circle, linear in the angle from one silhouette to
+/// the next. It needs all silhouettes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HarmonicField {
     /// Angles in [0, 2π), ascending, with their velocities.

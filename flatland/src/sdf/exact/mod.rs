@@ -1,15 +1,15 @@
 //! Pixels and derivatives in closed form, for discs and polygons that do not touch.
 //!
-//! L(ω) is smooth between the *critical* directions: tangents to discs and rays through vertices.
-//! With v = dα/dθ of those where L jumps from L⁻ to L⁺ (α increasing),
+//! L(ω) is smooth between the *critical* directions: tangents to discs and rays through vertices. With
+//! v = dα/dθ of those where L changes from L⁻ to L⁺ (α increasing),
 //!
 //! ```text
 //! I = ∫ h L dα,   dI/dθ = ∫ h ∂L/∂θ dα + Σ h (L⁻ − L⁺) v.
 //! ```
 //!
-//! Rays are intersected in closed form and nothing here knows φ, so that it can judge what does. The
-//! integrals between critical directions are Gauss–Legendre sums after α = a + (b − a)(1 − cos πs)/2,
-//! which takes away the square roots at tangents, halved until they agree to 10⁻¹¹.
+//! Rays are intersected in closed form without φ, so that the results are an independent reference. The
+//! integrals between critical directions are Gauss–Legendre sums after α = a + (b − a)(1 − cos πs)/2, which
+//! removes the square roots at tangents, with intervals halved until they agree to 10⁻¹¹.
 
 mod bodies;
 mod harmonic;
@@ -25,24 +25,24 @@ use self::bodies::{Body, Critical, Element};
 use self::quadrature::Quadrature;
 use super::{AngularFilm, Scene, Sdf};
 
-/// A scene without a closed form.
+/// Reason why a scene has no closed form.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExactError {
     /// Only discs, polygons, boxes without rounding and their unions have closed forms.
     #[error("a {shape} has no closed form")]
     NoClosedForm {
-        /// What has none.
+        /// Kind of shape.
         shape: &'static str,
     },
     /// Shapes of a union are so close that blending changes their surfaces, or overlap.
     #[error("shapes {first} and {second} are {gap} apart, less than the blending width {width}")]
     Blended {
-        /// The first, counted from 0 in the order of the parameters.
+        /// Index of the first, in the order of the parameters.
         first: usize,
         /// The second.
         second: usize,
-        /// How far apart they are.
+        /// Distance between them.
         gap: f64,
         /// The sum of all blending widths.
         width: f64,
@@ -50,14 +50,14 @@ pub enum ExactError {
     /// A direction has the wrong number of parameters.
     #[error("a direction of {found} parameters for a shape that has {expected}")]
     Direction {
-        /// How many the shape has.
+        /// Number of the shape's parameters.
         expected: usize,
-        /// How many were given.
+        /// Number given.
         found: usize,
     },
 }
 
-/// A direction in which the radiance jumps.
+/// A direction in which the radiance is discontinuous.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Silhouette {
     /// α, in radians.
@@ -68,7 +68,7 @@ pub struct Silhouette {
     pub before: f64,
     /// L just above.
     pub after: f64,
-    /// The distance from the eye to where the ray touches.
+    /// Distance from the eye to the point of contact.
     pub distance: f64,
 }
 
@@ -133,7 +133,7 @@ impl<'a> Exact<'a> {
         Ok((0..film.count()).map(of_pixel).collect())
     }
 
-    /// Every direction in which L jumps, with its velocity, in no particular order.
+    /// Every direction in which L is discontinuous, with its velocity, unordered.
     ///
     /// # Errors
     /// If the direction in parameter space does not fit the shape.
@@ -147,7 +147,7 @@ impl<'a> Exact<'a> {
         Ok(seen.filter(|s| s.before != s.after).collect())
     }
 
-    /// The jump of L at a critical direction, if nothing hides it.
+    /// The discontinuity of L at a critical direction, if it is not occluded.
     fn judge(&self, critical: &Critical) -> Option<Silhouette> {
         let direction = DVec2::from_angle(critical.angle);
         let behind = self.first(direction, &critical.skip);
@@ -201,13 +201,13 @@ impl<'a> Exact<'a> {
     }
 }
 
-/// The same direction at the first two angles from `low` on.
+/// The direction as angles in the first two periods from `low` on.
 fn turns(angle: f64, low: f64) -> [f64; 2] {
     let first = low + (angle - low).rem_euclid(TAU);
     [first, first + TAU]
 }
 
-/// The same turn in [−π, π].
+/// The same angle in [−π, π].
 fn nearest_turn(angle: f64) -> f64 {
     angle - TAU * (angle / TAU).round()
 }

@@ -1,4 +1,4 @@
-//! Adaptive Gauss–Legendre sums for integrands with square roots at their ends.
+//! Adaptive Gauss–Legendre quadrature for integrands with square roots at their ends.
 
 use std::f64::consts::PI;
 
@@ -7,13 +7,14 @@ use crate::quadrature::gauss_legendre;
 /// Points of a sum.
 const POINTS: usize = 20;
 
-/// Halvings of an interval.
+/// Largest number of halvings of an interval.
 const DEPTH: usize = 9;
 
-/// Halvings towards an end: closer to it, α itself is rounded so coarsely that 1/√(α − a) is noise.
+/// Largest number of halvings towards an end: closer to it, the rounding of α makes 1/√(α − a) noise.
 const DEPTH_AT_ENDS: usize = 7;
 
-/// Two sums and one agree to this, relative to the integral of the magnitude.
+/// Tolerance on the difference between one sum and two over halves, relative to the integral of the
+/// magnitude.
 const AGREEMENT: f64 = 1e-11;
 
 /// A rule that is refined where an integrand asks for it.
@@ -47,7 +48,7 @@ impl Quadrature {
             f(a + width * near * near) * 0.5 * PI * width * (PI * s).sin()
         };
         let whole = self.sum(0.0, 1.0, &g);
-        // Angles are rounded to ε: in a narrow interval no more agreement can be asked for.
+        // Angles are rounded to ε, which limits the agreement in a narrow interval.
         let rounding = 16.0 * f64::EPSILON * (1.0 + a.abs()) / width;
         self.halve((0.0, 1.0), whole, AGREEMENT.max(rounding) * whole.size, &g, 0)
     }
@@ -76,7 +77,7 @@ impl Quadrature {
         let value = left.value + right.value;
         let deepest = if a == 0.0 || b == 1.0 { DEPTH_AT_ENDS } else { DEPTH };
         let agree = (value - whole.value).abs() <= tolerance.max(AGREEMENT * (left.size + right.size));
-        // What is not finite will never agree.
+        // Non-finite values never agree.
         if depth >= deepest || agree || !value.is_finite() {
             return value;
         }

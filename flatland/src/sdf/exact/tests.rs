@@ -19,7 +19,7 @@ fn union(a: Shape, b: Shape) -> Shape {
     Shape::Union(Box::new(SmoothUnion::new(a, b, 0.05).expect("a union")))
 }
 
-/// A disc before a quadrilateral before a box, of which each hides a part of the next.
+/// A disc in front of a quadrilateral in front of a box, each of which occludes part of the next.
 fn crowd() -> Shape {
     let corners = [(2.6, -0.5), (3.6, -0.2), (3.3, 0.9), (2.9, 0.2)].map(|(x, y)| DVec2::new(x, y));
     let bent = Shape::Polygon(Polygon::new(corners.to_vec()).expect("simple"));
@@ -63,7 +63,8 @@ fn derivatives_are_those_of_the_image() {
                 let moved = self::scene(shape);
                 Exact::new(&moved).expect("closed").image(film)
             };
-            // A rounding cannot be negative, and has no closed form where positive.
+            // A rounding radius of 0 has no central difference, as it cannot be negative; a positive one has
+            // no closed form.
             if matches!(scene.shape(), Shape::Union(_)) && parameter + 2 == theta.len() {
                 continue;
             }

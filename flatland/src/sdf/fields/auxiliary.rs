@@ -8,23 +8,23 @@ use crate::sdf::space::Directions;
 use crate::sdf::tracer::{RayCount, TracePoint, View};
 use crate::warp::{Vector, Warp};
 
-/// What stands for the angle s, in radians, from an auxiliary hit to the silhouette: a function of the
-/// hit alone. n is the unit normal. Only [`Curvature`](Self::Curvature) is that angle; the others are
-/// pure numbers which B takes for one, so that how far B reaches depends on the curvature and the
-/// distance of what is hit.
+/// Estimate of the angle s, in radians, from an auxiliary hit to the silhouette, as a function of the hit
+/// alone. n is the unit normal. Only [`Curvature`](Self::Curvature) is that angle; the others are pure
+/// numbers used in its place, so that the reach of B depends on the curvature and the distance of the hit
+/// surface.
 ///
-/// All of them vanish where the surface turns away from the eye smoothly. A silhouette that is a
-/// *corner* (a polygon, a box without rounding) is approached with n·ω far from 0 on the occluder's
-/// side: none of them can see it, B stays at 1, and the field misses part of its velocity like a
-/// Gaussian one. Round such corners.
+/// All of them vanish where the surface turns away from the eye smoothly. A silhouette that is a *corner* (a
+/// polygon, a box without rounding) is approached with n·ω far from 0 on the occluder's side: none of them
+/// detects it, B stays at 1, and the field misses part of its velocity like a Gaussian one. Round such
+/// corners.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SilhouetteDistance {
     /// |n·ω| ≈ (2kts)^½: the boundary function's order p is halved.
     Grazing,
     /// (n·ω)² ≈ 2kts.
     GrazingSquared,
-    /// (n·ω)²/(2kt), with the distance t and the surface's curvature k = ω·Hω/|∇φ| along the ray:
-    /// s itself to first order, whatever the scale. Infinite where the surface is not convex along the ray.
+    /// (n·ω)²/(2kt), with the distance t and the surface's curvature k = ω·Hω/|∇φ| along the ray: s itself to
+    /// first order, at any scale. Infinite where the surface is not convex along the ray.
     #[default]
     Curvature,
 }
@@ -46,15 +46,15 @@ impl SilhouetteDistance {
     }
 }
 
-/// V = P_ω Σ Ω_i V_i over auxiliary rays, with V_i = P G(x_i)/t_i at their hits (Bangaru, Li and
-/// Durand 2020, on implicit shapes).
+/// V = P_ω Σ Ω_i V_i over auxiliary rays, with V_i = P G(x_i)/t_i at their hits (Bangaru, Li and Durand 2020,
+/// for implicit shapes).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AuxiliaryField {
-    /// The weight and the number of rays.
+    /// Weight and number of rays.
     pub warp: Warp,
     /// The kernel's concentration, in radians⁻².
     pub kappa: f64,
-    /// What B is a function of.
+    /// The argument of B.
     pub distance: SilhouetteDistance,
 }
 

@@ -1,4 +1,4 @@
-//! The mean of geometry derivatives over the points of a ray (Bangaru et al. 2022).
+//! Mean of geometry derivatives over the points of a ray (Bangaru et al. 2022).
 
 use super::form::{FieldForm, Tap};
 use super::mean::{departing, magnitude, normalise, power, product, quotient, slope_along};
@@ -16,8 +16,8 @@ use crate::warp::Vector;
 /// w_i = S_i^−γ − S_(k)^−γ (at least 0),   S = |φ| + λ |∇φ·ω|
 /// ```
 ///
-/// (Bangaru et al. 2022, "Differentiable Rendering of Neural SDFs through Reparameterization",
-/// section 4), where S_(k) is the k-th smallest. At the offset δ outside a smooth silhouette (Theory 10),
+/// (Bangaru et al. 2022, "Differentiable Rendering of Neural SDFs through Reparameterization", section 4),
+/// where S_(k) is the k-th smallest. At the offset δ outside a smooth silhouette (Theory 10),
 ///
 /// ```text
 /// |V − v| ~ δ for γ > 2,   δ log(1/δ) for γ = 2,   δ^{γ−1} for 1 < γ < 2,
@@ -27,19 +27,20 @@ use crate::warp::Vector;
 /// where ∇φ turns within a distance δ, the weights stay bounded: see [the module](super).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BangaruField {
-    /// γ; 3 is the paper's choice, 6 and more are unstable.
+    /// γ; 3 in the paper; values of 6 and more are unstable.
     pub gamma: f64,
-    /// λ, about 0.1 of the size of the shape: a length. Smaller ones average over longer pieces of the ray.
+    /// λ, a length, about 0.1 of the size of the shape. Smaller values average over longer pieces of the ray.
     pub lambda: f64,
-    /// k: how many points take part, those with the smallest S; `None` for all. The k-th weight is
-    /// subtracted so that points come and go with weight 0.
+    /// k, the number of points with the smallest S that contribute; `None` for all. The k-th weight is
+    /// subtracted so that points enter and leave with weight 0.
     pub keep: Option<usize>,
-    /// d, in units of length: weights have a factor (t/(t + d))^γ besides. For rays that leave the surface itself, whose first
-    /// points are near it and say nothing of its silhouettes, a part of its size; 0, no factor, in free space.
+    /// d, in units of length: weights have an additional factor (t/(t + d))^γ. For rays that leave the
+    /// surface itself, whose first points are near it and carry no information about its silhouettes, use a
+    /// fraction of its size; 0, no factor, in free space.
     pub departure: f64,
 }
 
-/// What a point of a ray counts for.
+/// Kernel of a point of a ray.
 #[derive(Clone, Copy, Debug)]
 pub struct PointKernel<V: Space> {
     /// κ.
@@ -55,14 +56,14 @@ impl Default for BangaruField {
 }
 
 impl BangaruField {
-    /// The points that take part and their normalised weights ℓ_i w_i / Σ ℓ_j w_j: what the field is
-    /// the mean of. The eye itself, where G/t has no limit, takes no part.
+    /// The contributing points and their normalised weights ℓ_i w_i / Σ ℓ_j w_j, of which the field is the
+    /// mean. The eye itself, where G/t has no limit, does not contribute.
     #[must_use]
     pub fn weights<D: Directions>(&self, view: &View<'_, D::Vector>, trace: &Trace<D::Vector>) -> Vec<f64> {
         self.scalars::<D>(view, trace).into_iter().map(|w| w.value).collect()
     }
 
-    /// As [`weights`](Self::weights), one for each point of the trace but the first.
+    /// Like [`weights`](Self::weights), one for each point of the trace except the first.
     fn scalars<D: Directions>(
         &self,
         view: &View<'_, D::Vector>,
@@ -81,14 +82,14 @@ impl BangaruField {
         weights
     }
 
-    /// The weights in angles, which are not normalised, of each point of the trace but the first:
+    /// Unnormalised weights, in angles, of each point of the trace except the first:
     ///
     /// ```text
     /// κ_i = (ℓ_i/t_i) ((S_i/t_i)^−γ − (S/t)_(k)^−γ)₊ (t_i/(t_i + d))^γ.
     /// ```
     ///
-    /// Their sum has no bound at the silhouettes of this shape, and is finite elsewhere: beside the kernels of other
-    /// silhouettes they make a mean that is the velocity of whichever silhouette is at ω.
+    /// Their sum diverges at the silhouettes of this shape, and is finite elsewhere: together with kernels of
+    /// other silhouettes they form a mean that equals the velocity of the silhouette at ω.
     #[must_use]
     pub fn kernels<D: Directions>(
         &self,
@@ -120,7 +121,7 @@ impl BangaruField {
         self.distance_there::<D>(direction, point, view.sdf.second_order(point.position).hessian)
     }
 
-    /// The same where ∇²φ is known.
+    /// [`distance`](Self::distance) with known ∇²φ.
     fn distance_there<D: Directions>(
         &self,
         direction: D::Vector,
@@ -135,7 +136,7 @@ impl BangaruField {
         }
     }
 
-    /// (S/S_min)^−γ. That S_min depends on ω too cancels in the quotient.
+    /// (S/S_min)^−γ. The dependence of S_min on ω cancels in the quotient.
     fn power<V: Vector>(&self, s: Scalar<V>, least: f64) -> Scalar<V> {
         let value = power(least / s.value, self.gamma);
         Scalar { value, gradient: s.gradient * (-self.gamma * value / s.value) }
@@ -145,7 +146,7 @@ impl BangaruField {
         departing(along(point), self.departure, self.gamma)
     }
 
-    /// S_(k), if there are that many points.
+    /// S_(k), if there are enough points.
     fn threshold<V: Vector>(&self, distances: &[Scalar<V>]) -> Option<Scalar<V>> {
         let rank = self.keep?.checked_sub(1)?;
         let mut order: Vec<usize> = (0..distances.len()).collect();
@@ -153,7 +154,7 @@ impl BangaruField {
         order.get(rank).map(|&index| distances[index])
     }
 
-    /// The form over a ray that is traced already.
+    /// The form for a given traced ray.
     #[must_use]
     pub fn form_of<D: Directions>(
         &self,

@@ -1,4 +1,4 @@
-//! "Attempt 1": the velocity of what is seen.
+//! "Attempt 1": the velocity of the visible point.
 
 use super::form::{FieldForm, Tap};
 use super::{FieldError, TracedField};
@@ -8,7 +8,7 @@ use crate::sdf::space::Directions;
 use crate::sdf::tracer::View;
 use crate::warp::Vector;
 
-/// V = P_ω G(x)/t at the hit x, and 0 on a miss. It jumps at silhouettes: a negative control.
+/// V = P_ω G(x)/t at the hit x, and 0 on a miss. Discontinuous at silhouettes: a negative control.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DirectField;
 

@@ -20,8 +20,8 @@ pub struct Tap<V> {
 }
 
 impl<V: Space> Tap<V> {
-    /// The tap of U(ω) = W G(x)/t with x = o + tω, where t and W depend on ω, and of the divergence
-    /// of P_ω U (Theory 10):
+    /// The tap of U(ω) = W G(x)/t with x = o + tω, where t and W depend on ω, and of the divergence of P_ω U
+    /// (Theory 10):
     ///
     /// ```text
     /// ∇·V = ∇_ω·U − n ω·U,
@@ -41,7 +41,7 @@ impl<V: Space> Tap<V> {
         Self::of::<D>(point, view.sdf.second_order(point), direction, t, weight)
     }
 
-    /// The same where φ(x), ∇φ(x) and ∇²φ(x) are known.
+    /// The tap, given φ(x), ∇φ(x) and ∇²φ(x).
     #[must_use]
     pub fn of<D: Domain<Vector = V>>(
         point: V,
@@ -82,7 +82,7 @@ impl<D: Directions> FieldForm<D> {
         &self.taps
     }
 
-    /// The rays it took.
+    /// Number of rays.
     #[must_use]
     pub fn rays(&self) -> RayCount {
         self.rays

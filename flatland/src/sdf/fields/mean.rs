@@ -30,8 +30,8 @@ pub(super) fn power(x: f64, gamma: f64) -> f64 {
     if gamma == 3.0 { x * x * x } else { x.powf(gamma) }
 }
 
-/// (t/(t + d))^γ: what the weights of rays that leave a surface are multiplied by, whose first points are near it and say
-/// nothing of its silhouettes. 1 if d = 0.
+/// (t/(t + d))^γ, a factor on the weights of rays that leave a surface, whose first points are near it and
+/// carry no information about its silhouettes. 1 if d = 0.
 pub(super) fn departing<V: Vector>(t: Scalar<V>, departure: f64, gamma: f64) -> Scalar<V> {
     if departure == 0.0 {
         return Scalar::constant(1.0);
@@ -52,9 +52,9 @@ pub(super) fn quotient<V: Vector>(a: Scalar<V>, b: Scalar<V>) -> Scalar<V> {
     Scalar { value, gradient: (a.gradient - b.gradient * value) * b.value.recip() }
 }
 
-/// q_i/Σq_j and its gradient (∇q_i − (q_i/Σq) Σ∇q)/Σq, in place; nothing if all are 0.
+/// q_i/Σq_j and its gradient (∇q_i − (q_i/Σq) Σ∇q)/Σq, in place; empty if all are 0.
 ///
-/// Weights whose sum is not finite all become NaN, so that the sample is counted as not finite.
+/// If the sum of the weights is not finite, all become NaN, so that the sample is counted as non-finite.
 pub(super) fn normalise<V: Vector>(weights: &mut Vec<Scalar<V>>) {
     let mut sum = Scalar::<V>::constant(0.0);
     for q in weights.iter() {

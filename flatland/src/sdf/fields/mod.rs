@@ -1,32 +1,31 @@
-//! Every construction of the warp field over directions, for implicit shapes (Theory 10).
+//! All constructions of the warp field over directions, for implicit shapes (Theory 10).
 //!
 //! | construction | continuous | boundary consistent | needs |
 //! |---|---|---|---|
-//! | [`DirectField`] | no: jumps at silhouettes | yes | the hit |
+//! | [`DirectField`] | no: discontinuous at silhouettes | yes | the hit |
 //! | [`AuxiliaryField`] | yes | if pγ ≥ 1; not at corners | auxiliary rays |
 //! | [`BangaruField`] | if ∇φ is | if γ > 1, at the rate δ if γ > 2; not at corners | the points of one ray |
 //! | [`ViciniField`] | if ∇φ is | in the limit ε → 0; not at corners | the points of one ray |
 //! | [`HarmonicField`](super::exact::HarmonicField) | yes | yes | all silhouettes |
 //!
-//! All but the last are a [`FieldForm`]: linear in ∂_θφ and ∇∂_θφ at a few points, whose coefficients
-//! do not depend on what moves.
+//! All except the last are a [`FieldForm`]: linear in ∂_θφ and ∇∂_θφ at several points, with coefficients
+//! that do not depend on the motion.
 //!
-//! # What is biased, and when
+//! # Bias
 //!
-//! The two fields made of tracer points are exact functions of ω, and so is their divergence:
-//! nothing here is a finite difference or a random quotient. Yet ∇φ must be continuous in the free
-//! space that rays cross. Across the medial axis between two shapes, behind a reflex corner and at
-//! the cell edges of a bilinear grid it jumps, the weights of the points jump with it, and ∇·V misses
-//! these jumps: a bias that no number of steps removes. [`SmoothUnion`](super::shapes::SmoothUnion)
-//! and a bicubic grid have none. Nor is V differentiable where ∇φ = 0, at the saddle between any two
-//! shapes, unless 1/|∇φ|² is bounded there, as it is here.
+//! The two fields of tracer points are exact functions of ω, and so is their divergence: no finite difference
+//! or random quotient is involved. Yet ∇φ must be continuous in the free space that rays cross. Across the
+//! medial axis between two shapes, behind a reflex corner and at the cell edges of a bilinear grid it is
+//! discontinuous, and with it the weights of the points; ∇·V misses these discontinuities, a bias that no
+//! number of steps removes. [`SmoothUnion`](super::shapes::SmoothUnion) and a bicubic grid have none. Nor is
+//! V differentiable where ∇φ = 0, at the saddle between any two shapes, unless 1/|∇φ|² is bounded there, as
+//! it is here.
 //!
-//! A silhouette that is a sharp corner is out of reach of all of them: on the faces beside it G is
-//! the velocity along *their* normals, not that of the corner, and nothing in φ at a hit tells that a
-//! corner is near. Round it: a corner of radius r is a smooth silhouette, resolved by rays that pass it
-//! within a part of r. The harmonic field and
-//! [`RelaxedBoundary`](crate::estimator::sdf::RelaxedBoundary), which looks from outside only, take corners
-//! as they are.
+//! None of them follows a silhouette that is a sharp corner: on the adjacent faces G is the velocity along
+//! *their* normals, not that of the corner, and φ at a hit carries no information about a nearby corner.
+//! Round it: a corner of radius r is a smooth silhouette, resolved by rays that pass it within a fraction of
+//! r. The harmonic field and [`RelaxedBoundary`](crate::estimator::sdf::RelaxedBoundary), which uses only
+//! points outside, support corners.
 
 mod auxiliary;
 mod bangaru;
@@ -58,18 +57,18 @@ pub trait TracedField<D: Directions>: Sync {
     fn check(&self) -> Result<(), FieldError>;
 }
 
-/// Parameters no field can be made with.
+/// Invalid parameters of a field.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FieldError {
     /// A parameter of a weight is out of its range.
     #[error("the weight's {parameter} = {value} is not {wanted}")]
     Weight {
-        /// Which one.
+        /// Name of the parameter.
         parameter: &'static str,
         /// Its value.
         value: f64,
-        /// What it must be.
+        /// Its admissible range.
         wanted: &'static str,
     },
     /// The auxiliary rays' parameters are out of range.
@@ -78,29 +77,29 @@ pub enum FieldError {
     /// A direction has the wrong number of parameters.
     #[error("a direction of {found} parameters for a shape that has {expected}")]
     Direction {
-        /// How many the shape has.
+        /// Number of the shape's parameters.
         expected: usize,
-        /// How many were given.
+        /// Number given.
         found: usize,
     },
 }
 
-/// Refuses what is not finite, or not what `holds` says.
+/// Refuses a value that is not finite, or for which `holds` is false.
 fn check(parameter: &'static str, value: f64, wanted: &'static str, holds: bool) -> Result<(), FieldError> {
     let good = value.is_finite() && holds;
     if good { Ok(()) } else { Err(FieldError::Weight { parameter, value, wanted }) }
 }
 
-/// A warp field made for one motion of a shape: what forward mode asks for.
+/// A warp field for one motion of a shape, as used by forward mode.
 pub trait MotionField<D: Directions>: Sync {
     /// The direction in parameter space along which the shape moves.
     fn direction(&self) -> &[f64];
 
-    /// (V, ∇·V) at ω, or an estimate of them, and the rays it took.
+    /// (V, ∇·V) at ω, or an estimate of them, and the number of rays.
     fn sample(&self, omega: D::Vector, rng: &mut Stream) -> (Field<D::Vector>, RayCount);
 }
 
-/// A traced field for one motion. Its parameters and its direction are known to be good.
+/// A traced field for one motion, with validated parameters and direction.
 #[derive(Clone, Copy)]
 pub struct MovingField<'a, D: Directions, F: ?Sized> {
     view: View<'a, D::Vector>,

@@ -111,7 +111,7 @@ fn weights_add_up_to_one_and_vanish_at_rank_k() {
     assert_eq!(weights.iter().filter(|w| **w > 0.0).count(), 4);
 }
 
-/// Weights in angles are those of the mean by t^(γ − 1), and their gradients are those of differences.
+/// Weights in angles equal those of the mean by t^(γ − 1), and their gradients agree with differences.
 #[test]
 fn kernels_are_weights_in_angles() {
     let h = 1e-6;
@@ -165,7 +165,7 @@ fn bad_parameters_are_refused() {
     let warp = crate::warp::Warp::default();
     let distance = SilhouetteDistance::Grazing;
     assert!(check(&AuxiliaryField { warp, kappa: -1.0, distance }).is_err());
-    // None of these makes a field for a motion.
+    // Invalid settings and motions are refused.
     let shape = &shapes()[0];
     let moving = |field: &dyn TracedField<Directions>, direction: &[f64]| {
         MovingField::<Directions, _>::new(view(shape), field, direction).map(|_| ())
@@ -180,7 +180,7 @@ fn bad_parameters_are_refused() {
     assert_eq!(moving(&good, &three[..2]), Err(FieldError::Direction { expected: 3, found: 2 }));
 }
 
-/// Weights that are not finite are not to be mistaken for none.
+/// Weights that are not finite must not pass as zero.
 #[test]
 fn weights_that_are_not_finite_are_seen() {
     let nothing = Scalar::constant(0.0);

@@ -1,4 +1,4 @@
-//! The geometry derivative at one mean distance (Vicini et al. 2022).
+//! Geometry derivative at one mean distance (Vicini et al. 2022).
 
 use super::form::{FieldForm, Tap};
 use super::mean::{departing, magnitude, power};
@@ -16,18 +16,18 @@ use crate::warp::Vector;
 /// w = (ε + |φ| + β (∇φ·ω)²/|∇φ|²)^−γ,   m = max(0, 1 − |φ(x̄)|/(c t̄))
 /// ```
 ///
-/// (Vicini et al. 2022, "Differentiable Signed Distance Function Rendering", section 4, and their
-/// released code). One evaluation of G serves the whole ray. The multiplier m confines the field to a
-/// neighbourhood of the surface, c in radians.
+/// (Vicini et al. 2022, "Differentiable Signed Distance Function Rendering", section 4, and their released
+/// code). One evaluation of G serves the whole ray. The multiplier m confines the field to a neighbourhood of
+/// the surface, c in radians.
 ///
-/// Left out is the ramp of their weight at the bounding box of the grid, for there is none here. That at the start of
-/// rays which leave a surface is [`departure`](Self::departure).
+/// The ramp of their weight at the bounding box of the grid is omitted, as there is no box here. That at the
+/// start of rays which leave a surface is [`departure`](Self::departure).
 ///
-/// At ε > 0 the weights stay finite on the silhouette, t̄ does not reach the silhouette's
-/// distance, and V not its velocity: a bias that falls with ε.
+/// For ε > 0 the weights stay finite on the silhouette, t̄ does not reach the silhouette's distance, and V
+/// not its velocity: a bias that decreases with ε.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ViciniField {
-    /// ε, in units of length: what keeps weights finite.
+    /// ε, in units of length, which keeps weights finite.
     pub epsilon: f64,
     /// β, 0.05 in the paper.
     pub grazing: f64,
@@ -35,8 +35,9 @@ pub struct ViciniField {
     pub gamma: f64,
     /// c, 0.01 in the paper; `None` for m = 1.
     pub reach: Option<f64>,
-    /// d, in units of length: weights have a factor (t/(t + d))^γ besides. For rays that leave the surface itself, whose first
-    /// points are near it and say nothing of its silhouettes, a part of its size; 0, no factor, in free space.
+    /// d, in units of length: weights have an additional factor (t/(t + d))^γ. For rays that leave the
+    /// surface itself, whose first points are near it and carry no information about its silhouettes, use a
+    /// fraction of its size; 0, no factor, in free space.
     pub departure: f64,
 }
 
@@ -46,19 +47,19 @@ impl Default for ViciniField {
     }
 }
 
-/// The points of a ray taken together.
+/// Weighted mean of a ray's points.
 #[derive(Clone, Copy, Debug)]
 pub struct MeanPoint<V> {
-    /// t̄, where any point has a weight.
+    /// t̄, if any point has a weight.
     pub t: Option<Scalar<V>>,
-    /// t of the first point that may have one, which is the second of the ray.
+    /// t of the first point that may have a weight, which is the second of the ray.
     pub first: Option<Scalar<V>>,
     /// t of the last point.
     pub last: f64,
-    /// How the ray ended.
+    /// End of the ray.
     pub end: End,
-    /// Whether φ was anywhere less than its [bound](crate::sdf::Sdf::slope_bound) on |∇φ| allows after the step before, by more than 10⁻⁶ of what it was and 10⁻¹³ t,
-    /// which are rounding.
+    /// Whether φ was ever less than its [bound](crate::sdf::Sdf::slope_bound) on |∇φ| allows after a step, by
+    /// more than rounding: 10⁻⁶ of its previous value and 10⁻¹³ t.
     pub too_steep: bool,
 }
 
@@ -67,7 +68,7 @@ const STEEP: f64 = 1e-6;
 const ROUNDING: f64 = 1e-13;
 
 impl ViciniField {
-    /// t̄ of the ray in direction ω up to a far limit, in one walk.
+    /// t̄ of the ray in direction ω up to a far limit, in one traversal.
     #[must_use]
     pub fn mean_point<D: Directions>(
         &self,
@@ -135,7 +136,7 @@ impl ViciniField {
     ) -> Scalar<D::Vector> {
         let near = magnitude(Scalar { value: point.jet.value, gradient: point.phi_gradient });
         let gradient = point.jet.gradient;
-        // r = ∇φ·ω/|∇φ|², or 0 where ∇φ is: what follows is r ∇φ·ω, whose gradient by x is H q.
+        // r = ∇φ·ω/|∇φ|², or 0 where ∇φ = 0: the term is r ∇φ·ω, whose gradient by x is H q.
         let square = gradient.dot(gradient);
         let along = gradient.dot(direction);
         let ratio = if square > 0.0 { along / square } else { 0.0 };

@@ -1,19 +1,20 @@
-//! The outside of a shape as a shape, and what unions make of it.
+//! Complements of shapes, and intersections and differences by smooth unions.
 
 use super::{Parametric, ShapeError, SmoothUnion};
 use crate::sdf::distance::{Jet, Sdf, SecondOrder};
 use crate::sdf::space::Space;
 
-/// −φ: inside is outside. Parameters: those of the shape.
+/// −φ: inside and outside exchanged. Parameters: those of the shape.
 ///
-/// Rays now go where φ < 0, so that its slope bound is [the one for everywhere](Sdf::slope_bound_everywhere).
+/// Rays are then traced where φ < 0, so that the slope bound is [the one for
+/// everywhere](Sdf::slope_bound_everywhere).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Complement<S>(pub S);
 
-/// What two shapes have in common, blended: made by [`smooth_intersection`].
+/// Blended intersection of two shapes, made by [`smooth_intersection`].
 pub type SmoothIntersection<A, B = A> = Complement<SmoothUnion<Complement<A>, Complement<B>>>;
 
-/// One shape without another, blended: made by [`smooth_difference`].
+/// Blended difference of two shapes, made by [`smooth_difference`].
 pub type SmoothDifference<A, B = A> = Complement<SmoothUnion<Complement<A>, B>>;
 
 /// The quadratic smooth maximum of two distances: with d = φ_a − φ_b,
@@ -22,9 +23,10 @@ pub type SmoothDifference<A, B = A> = Complement<SmoothUnion<Complement<A>, B>>;
 /// φ = max(φ_a, φ_b) + (k − |d|)₊²/(4k) = −smooth union of −φ_a and −φ_b.
 /// ```
 ///
-/// All that is said of the [smooth union](SmoothUnion) holds with signs turned. φ is too large by up to k/4 where it
-/// blends, which takes away from the shape, and still |∇φ| ≤ 1, so that rays are safe. Elsewhere, too, φ > 0 need not be the distance: beside
-/// an edge it is the larger one of the distances to both faces. Parameters: those of a, those of b, k.
+/// The properties of the [smooth union](SmoothUnion) hold with signs reversed. φ is too large by up to k/4
+/// where it blends, which removes part of the shape, and still |∇φ| ≤ 1, so that tracing is safe. Elsewhere
+/// φ > 0 need not be the distance either: near an edge it is the larger of the distances to both faces.
+/// Parameters: those of a, those of b, k.
 ///
 /// # Errors
 /// If k is negative or not finite.
@@ -33,7 +35,8 @@ pub fn smooth_intersection<A, B>(a: A, b: B, width: f64) -> Result<SmoothInterse
     Ok(Complement(SmoothUnion::new(Complement(a), Complement(b), width)?))
 }
 
-/// a without b, with rounded rims: the [smooth intersection](smooth_intersection()) of a and the complement of b,
+/// Difference a \ b with rounded edges: the [smooth intersection](smooth_intersection()) of a and the
+/// complement of b,
 ///
 /// ```text
 /// φ = max(φ_a, −φ_b) + (k − |φ_a + φ_b|)₊²/(4k).
@@ -108,7 +111,7 @@ mod tests {
         [-0.3, 0.4].map(|x| Ball::new(DVec3::new(x, 0.0, 0.0), 0.6).expect("a ball"))
     }
 
-    /// Beside the rims, where nothing blends, they are the maximum; on the rims larger by k/4.
+    /// Away from the rounded edges the result equals the maximum; on the edges it is larger by k/4.
     #[test]
     fn intersections_and_differences_are_maxima() {
         let ([a, b], k) = (balls(), 0.1);
@@ -127,7 +130,7 @@ mod tests {
         assert!((value(&without, touching) - 0.25 * k).abs() < 1e-15);
     }
 
-    /// A shape whose slopes are 2 where φ > 0 and 3 elsewhere.
+    /// A shape with slope 2 where φ > 0 and 3 elsewhere.
     #[derive(Clone, Copy)]
     struct Steep;
 
@@ -165,7 +168,8 @@ mod tests {
         assert_eq!(Sdf::<DVec3>::slope_bound(&Complement(ball)), 1.0);
     }
 
-    /// Outside of the box φ is above the level; beside each of its faces, but for those of unions that do not blend, it reaches it.
+    /// Outside the box φ exceeds the level; near each face of the box it attains the level, except for sharp
+    /// unions.
     #[test]
     fn boxes_have_everything_within() {
         let ([a, b], k) = (balls(), 0.4);

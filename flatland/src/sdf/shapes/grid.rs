@@ -5,28 +5,26 @@ use glam::{DMat2, DVec2};
 use super::ShapeError;
 use crate::sdf::distance::{Jet, Sdf, SecondOrder};
 
-/// How a grid becomes a function.
+/// Interpolation between nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interpolation {
-    /// Continuous only: ∇φ jumps across the edges of cells, and with it every field made of tracer
-    /// points, which is therefore biased. Kept to show that.
+    /// Bilinear, continuous only: ∇φ is discontinuous across the edges of cells, and with it every field of
+    /// tracer points, which is therefore biased. Provided to demonstrate that.
     Bilinear,
-    /// The uniform cubic B-spline with the node values as coefficients: twice continuously
-    /// differentiable, so that ∇·V is continuous, and a convex combination of nodes, so that each
-    /// component of ∇φ is bounded by the differences of the nodes. It smooths instead of passing through the nodes. Catmull–Rom passes through them, but is only
-    /// once differentiable and overshoots.
+    /// The uniform cubic B-spline with the node values as coefficients: twice continuously differentiable, so
+    /// that ∇·V is continuous, and a convex combination of nodes, so that each component of ∇φ is bounded by
+    /// the differences of the nodes. It smooths and does not interpolate the nodes. Catmull–Rom interpolates
+    /// them, but is only once differentiable and overshoots.
     Bicubic,
 }
 
-/// φ from node values on a regular grid of width × height nodes, row by row. Parameters: the node
-/// values.
+/// φ from node values on a regular grid of width × height nodes, row by row. Parameters: the node values.
 ///
-/// Nodes that are distances differ by no more than the spacing, which bounds each component of ∇φ by 1
-/// but |∇φ| only by √2, whatever the interpolation: trace grids with a step scale below 1. 1/√2 is
-/// always safe.
+/// Nodes that are distances differ by at most the spacing, which bounds each component of ∇φ by 1 but |∇φ|
+/// only by √2, for either interpolation: trace grids with a step scale below 1. 1/√2 is always safe.
 ///
-/// Beyond the border the outermost nodes are repeated: φ becomes constant across the border, which
-/// keeps it a bound but makes ∇φ vanish near the corners. Eye and far limit belong inside.
+/// Beyond the border the outermost nodes are repeated: φ becomes constant across the border, which keeps it a
+/// bound but makes ∇φ vanish near the corners. Eye and far limit should be inside.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
     interpolation: Interpolation,
@@ -40,9 +38,10 @@ pub struct Grid {
 /// The weights of up to four neighbouring nodes along one axis, and their first two derivatives.
 #[derive(Clone, Copy, Debug)]
 pub struct Basis {
-    /// Index of the first node, which may be before the grid.
+    /// Index of the first node, which may be outside the grid.
     pub first: i64,
-    /// Weights of the nodes from the first on, their first and their second derivatives, in units of the spacing.
+    /// Weights of the nodes from the first on, and of the first and second derivatives, in units of the
+    /// spacing.
     pub weights: [[f64; 4]; 3],
 }
 
@@ -74,7 +73,7 @@ impl Basis {
         Self { first: (cell as i64).saturating_sub(1), weights }
     }
 
-    /// The node of weight i, of `count`: those beyond the ends are the outermost.
+    /// The node of weight i, out of `count`; those beyond the ends are the outermost.
     #[must_use]
     #[inline(always)]
     pub fn node(&self, i: usize, count: usize) -> usize {
@@ -86,8 +85,8 @@ impl Grid {
     /// A grid whose first node is at `low`.
     ///
     /// # Errors
-    /// If the node values are not as many as the size says, there are fewer than 2 × 2, or a number is
-    /// not finite.
+    /// If the number of node values does not match the size, there are fewer than 2 × 2, or a number is not
+    /// finite.
     pub fn new(
         interpolation: Interpolation,
         low: DVec2,
@@ -108,7 +107,7 @@ impl Grid {
         Ok(Self { interpolation, low, spacing, width, height, nodes })
     }
 
-    /// The values of a function at the nodes between two corners, `cells` to the wider side.
+    /// Samples a function at the nodes between two corners, with `cells` cells along the wider side.
     ///
     /// # Errors
     /// As [`new`](Self::new).

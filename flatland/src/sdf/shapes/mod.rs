@@ -1,4 +1,4 @@
-//! Implicit shapes in the plane; balls, and unions, intersections and differences, in space, too.
+//! Implicit shapes in the plane; balls, and unions, intersections and differences, also in space.
 
 mod ball;
 mod complement;
@@ -23,26 +23,26 @@ use glam::DVec2;
 use super::distance::{Jet, Sdf, SecondOrder};
 use super::space::Space;
 
-/// A shape that cannot be built.
+/// Reason why a shape cannot be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ShapeError {
     /// A parameter is not finite, or not in its range.
     #[error("{shape}: {parameter} = {value} is not {wanted}")]
     Parameter {
-        /// Which kind of shape.
+        /// Kind of shape.
         shape: &'static str,
-        /// Which of its parameters.
+        /// Name of the parameter.
         parameter: &'static str,
         /// Its value.
         value: f64,
-        /// What it must be.
+        /// Its admissible range.
         wanted: &'static str,
     },
     /// A polygon has fewer than three vertices.
     #[error("polygon: {count} vertices, at least 3 are needed")]
     Vertices {
-        /// How many it has.
+        /// Number of vertices.
         count: usize,
     },
     /// Two edges of a polygon meet other than at the vertex they share.
@@ -53,7 +53,7 @@ pub enum ShapeError {
         /// The second.
         second: usize,
     },
-    /// A grid has too few nodes for its interpolation, or not as many as its size says.
+    /// A grid has too few nodes for its interpolation, or their number does not match its size.
     #[error("grid: {found} node values for {width} × {height} nodes, of which at least 2 × 2 are needed")]
     Nodes {
         /// Nodes in x.
@@ -66,23 +66,23 @@ pub enum ShapeError {
     /// A list of parameters has the wrong length.
     #[error("{found} parameters for a shape that has {expected}")]
     Count {
-        /// How many the shape has.
+        /// Number of the shape's parameters.
         expected: usize,
-        /// How many were given.
+        /// Number given.
         found: usize,
     },
-    /// What is made from all parameters together cannot be made from these.
+    /// The parameters are inconsistent as a whole.
     #[error("{shape}: {reason}")]
     Unmade {
-        /// Which kind of shape.
+        /// Kind of shape.
         shape: &'static str,
-        /// Why not.
+        /// The cause.
         reason: String,
     },
 }
 
 impl ShapeError {
-    /// Refuses a parameter that is not finite, or not what `holds` says.
+    /// Refuses a parameter that is not finite, or for which `holds` is false.
     ///
     /// # Errors
     /// [`ShapeError::Parameter`].
@@ -106,19 +106,20 @@ impl ShapeError {
 
 /// A shape whose parameters can be read and replaced.
 ///
-/// The numbers c of which [`Sdf::rate`] takes the rates are θ itself, but for shapes that are made from θ as a whole, as a network on a grid
-/// is: there they are the nodes of the grid. [`push_forward`](Self::push_forward) and [`pull_back`](Self::pull_back) go
-/// from one to the other once a gradient, and not at every point.
+/// The coefficients c, of which [`Sdf::rate`] takes the rates, are θ itself, except for shapes that are
+/// computed from θ as a whole, such as a network baked to a grid: there they are the nodes of the grid.
+/// [`push_forward`](Self::push_forward) and [`pull_back`](Self::pull_back) convert between the two once per
+/// gradient, and not at every point.
 pub trait Parametric<V: Space>: Sdf<V> + Sized {
-    /// θ, in the order in which every direction and gradient is given.
+    /// θ, in the order of all directions and gradients.
     fn parameters(&self) -> Vec<f64>;
 
-    /// p, how many numbers θ is.
+    /// p, the number of entries of θ.
     fn dimension(&self) -> usize {
         self.parameter_count()
     }
 
-    /// ċ = (∂c/∂θ) θ̇, as many numbers as [`Sdf::parameter_count`] says.
+    /// ċ = (∂c/∂θ) θ̇, with [`Sdf::parameter_count`] entries.
     fn push_forward(&self, direction: &[f64]) -> Vec<f64> {
         direction.to_vec()
     }
@@ -128,7 +129,7 @@ pub trait Parametric<V: Space>: Sdf<V> + Sized {
         gradient
     }
 
-    /// The same shape with other parameters.
+    /// The shape with other parameters.
     ///
     /// # Errors
     /// A [`ShapeError`] that names the parameter.

@@ -1,9 +1,9 @@
-//! The distance from a moving point, which discs and the corners of polygons are made of.
+//! Distance from a moving point, the building block of discs and of polygon corners.
 
 use crate::sdf::distance::{Jet, SecondOrder};
 use crate::sdf::space::Space;
 
-/// ρ(x) = |x − p|, with the derivatives all of which are 0 at p itself.
+/// ρ(x) = |x − p|, with derivatives, all of which are 0 at p itself.
 #[derive(Clone, Copy)]
 pub(super) struct PointDistance<V> {
     distance: f64,

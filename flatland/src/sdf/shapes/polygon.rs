@@ -1,4 +1,4 @@
-//! Simple polygons, by their exact signed distance.
+//! Simple polygons, by exact signed distance.
 
 use glam::{DMat2, DVec2};
 
@@ -6,22 +6,22 @@ use super::ShapeError;
 use super::point::PointDistance;
 use crate::sdf::distance::{Jet, Sdf, SecondOrder};
 
-/// The signed distance to a simple polygon, of either orientation. Parameters: x and y of every
-/// vertex, in order.
+/// The signed distance to a simple polygon, of either orientation. Parameters: x and y of every vertex, in
+/// order.
 ///
-/// Outside a convex polygon φ is continuously differentiable. A reflex corner casts a medial axis
-/// into the space outside, across which ∇φ jumps.
+/// Outside a convex polygon φ is continuously differentiable. A reflex corner causes a medial axis in the
+/// space outside, across which ∇φ is discontinuous.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Polygon {
     vertices: Vec<DVec2>,
-    /// 1 if the vertices turn counter-clockwise (y up), −1 if not.
+    /// 1 if the vertices are counter-clockwise (y up), −1 if not.
     orientation: f64,
 }
 
-/// The largest coordinate: products of two differences do not overflow, whatever is done with them.
+/// Largest coordinate, for which products of two differences do not overflow.
 const LARGEST: f64 = 1e150;
 
-/// The part of the polygon that is nearest to a point.
+/// The part of the polygon nearest to a point.
 enum Nearest {
     /// A vertex, and whether the point is outside (1) or inside (−1).
     Vertex { index: usize, side: f64 },
@@ -29,7 +29,7 @@ enum Nearest {
     Edge { edge: Edge, ends: [usize; 2], s: f64 },
 }
 
-/// An edge as its line.
+/// An edge and its line.
 #[derive(Clone, Copy)]
 struct Edge {
     start: DVec2,
@@ -121,9 +121,9 @@ impl Polygon {
         }
     }
 
-    /// A convex corner is nearest only to points outside, a reflex one only to points inside, and a
-    /// straight one is a point of its edges. Rounding alone brings other points to a corner that is almost
-    /// straight: for them too it is a point of an edge.
+    /// A convex corner is nearest only to points outside, a reflex one only to points inside, and a straight
+    /// one is a point of its edges. Rounding alone assigns other points to a corner that is almost straight:
+    /// for them too it is treated as a point of an edge.
     fn corner(&self, index: usize, x: DVec2) -> Nearest {
         let count = self.vertices.len();
         let previous = (index + count - 1) % count;
@@ -172,19 +172,19 @@ fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     if area == 0.0 { 0.0 } else { area.signum() }
 }
 
-/// Whether p is a point of the segment from a to b.
+/// Whether p lies on the segment from a to b.
 fn within([a, b]: [DVec2; 2], p: DVec2) -> bool {
     turn(a, b, p) == 0.0 && p.cmpge(a.min(b)).all() && p.cmple(a.max(b)).all()
 }
 
-/// Whether two segments have a point in common.
+/// Whether two segments share a point.
 pub(in crate::sdf) fn segments_meet(first: [DVec2; 2], second: [DVec2; 2]) -> bool {
     let sides = |[a, b]: [DVec2; 2], other: [DVec2; 2]| other.map(|p| turn(a, b, p)).iter().product::<f64>();
     let crossing = sides(first, second) < 0.0 && sides(second, first) < 0.0;
     crossing || second.iter().any(|&p| within(first, p)) || first.iter().any(|&p| within(second, p))
 }
 
-/// Compares every two edges.
+/// Tests all pairs of edges.
 fn check_simple(vertices: &[DVec2]) -> Result<(), ShapeError> {
     let count = vertices.len();
     let edge = |i: usize| [vertices[i], vertices[(i + 1) % count]];
@@ -211,7 +211,7 @@ fn check_simple(vertices: &[DVec2]) -> Result<(), ShapeError> {
     Ok(())
 }
 
-/// The turn at the lowest of the leftmost vertices of a simple polygon, which is convex.
+/// The orientation at the lowest of the leftmost vertices of a simple polygon, which is convex.
 fn orientation(vertices: &[DVec2]) -> Result<f64, ShapeError> {
     let count = vertices.len();
     let order = |a: &usize, b: &usize| {
@@ -221,7 +221,7 @@ fn orientation(vertices: &[DVec2]) -> Result<f64, ShapeError> {
     let lowest = (0..count).min_by(order).unwrap_or(0);
     let before = (lowest + count - 1) % count;
     let found = turn(vertices[before], vertices[lowest], vertices[(lowest + 1) % count]);
-    // Only if all of it is so small that its area underflows.
+    // Only if the polygon is so small that its area underflows.
     if found == 0.0 { Err(ShapeError::NotSimple { first: before, second: lowest }) } else { Ok(found) }
 }
 

@@ -1,4 +1,4 @@
-//! Rectangles, turned and rounded.
+//! Rotated, rounded rectangles.
 
 use glam::DVec2;
 
@@ -6,7 +6,7 @@ use super::ShapeError;
 use super::polygon::Polygon;
 use crate::sdf::distance::{Jet, Sdf, SecondOrder};
 
-/// A rectangle of half extents h, turned by an angle and grown by a rounding r on every side:
+/// A rectangle of half extents h, rotated by an angle and enlarged by a rounding r on every side:
 /// φ = (distance to the rectangle) − r. Parameters: c.x, c.y, h.x, h.y, angle, r.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoundedBox {
@@ -14,7 +14,7 @@ pub struct RoundedBox {
     half: DVec2,
     angle: f64,
     rounding: f64,
-    /// The rectangle, counter-clockwise.
+    /// The rectangle without rounding, counter-clockwise.
     core: Polygon,
 }
 

@@ -78,7 +78,7 @@ fn derivatives_are_those_of_the_value() {
     }
 }
 
-/// Balls and their unions in space, as in the plane; and how they pass an eye that moves.
+/// Derivatives of balls and their unions in space, and of their parallax as the eye moves.
 #[test]
 fn balls_in_space_have_the_derivatives_of_their_values() {
     let vector = |rng: &mut Stream| DVec3::from_array([(); 3].map(|()| 2.4 * open01(rng) - 1.2));
@@ -167,7 +167,7 @@ fn a_polygon_knows_its_inside_at_convex_and_reflex_corners() {
     }
 }
 
-/// A square with one vertex more in the middle of its lower side, a little off or not.
+/// A square with one more vertex at or near the middle of its lower side.
 #[test]
 fn a_straight_corner_is_a_point_of_its_edge() {
     for off in [0.0, 1e-17, -1e-17, 1e-12, -1e-12] {

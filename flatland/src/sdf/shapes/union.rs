@@ -1,4 +1,4 @@
-//! Two shapes as one, blended where they are close.
+//! Smooth unions of two shapes.
 
 use super::{Parametric, ShapeError};
 use crate::sdf::distance::{Jet, Sdf, SecondOrder};
@@ -10,12 +10,12 @@ use crate::sdf::space::Space;
 /// φ = min(φ_a, φ_b) − (k − |d|)₊²/(4k).
 /// ```
 ///
-/// ∇φ is a convex combination of those of a and b, so that |∇φ| ≤ 1 and the tracer stays safe, and
-/// it is continuous across the medial axis between them, which every field made of tracer points
-/// needs. φ is not a true distance: it is too small where it blends. Where a and b are further
-/// apart than k, the surface is exactly that of both. k = 0 is the plain minimum, with its kink.
+/// ∇φ is a convex combination of those of a and b, so that |∇φ| ≤ 1 and tracing is safe, and it is continuous
+/// across the medial axis between them, as every field of tracer points requires. φ is not a true distance:
+/// it is too small where it blends. Where a and b are farther apart than k, the surface is exactly that of
+/// both. k = 0 is the plain minimum, with its kink.
 ///
-/// Where a or b has a [slope bound](Sdf::slope_bound) above 1, the union has the larger one of both.
+/// If a or b has a [slope bound](Sdf::slope_bound) above 1, that of the union is the larger of both.
 ///
 /// Parameters: those of a, those of b, k.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,11 +25,11 @@ pub struct SmoothUnion<A, B = A> {
     width: f64,
 }
 
-/// Both children at a point, with what blending needs.
+/// Both children at a point, with the data for blending.
 struct Blend<V> {
     a: Jet<V>,
     b: Jet<V>,
-    /// ∂φ/∂φ_a; that of φ_b is the rest to 1.
+    /// ∂φ/∂φ_a; ∂φ/∂φ_b is 1 minus it.
     share: f64,
     /// −∂share/∂d: 1/(2k) where the children blend, else 0.
     bend: f64,
@@ -74,7 +74,7 @@ impl<V: Space> Blend<V> {
     }
 }
 
-/// A function of two numbers, of each component.
+/// Applies a function of two numbers to each component.
 fn each<V: Space>(of: impl Fn(f64, f64) -> f64, a: V, b: V) -> V {
     V::from_components(|axis| of(a.component(axis), b.component(axis)))
 }
@@ -138,7 +138,7 @@ impl<V: Space, A: Sdf<V>, B: Sdf<V>> Sdf<V> for SmoothUnion<A, B> {
         SecondOrder { jet: blend.jet(self.width), hessian }
     }
 
-    /// Where φ > 0, φ_a and φ_b are positive, too.
+    /// Where φ > 0, φ_a and φ_b are positive too.
     fn slope_bound(&self) -> f64 {
         self.a.slope_bound().max(self.b.slope_bound())
     }
@@ -147,15 +147,15 @@ impl<V: Space, A: Sdf<V>, B: Sdf<V>> Sdf<V> for SmoothUnion<A, B> {
         self.a.slope_bound_everywhere().max(self.b.slope_bound_everywhere())
     }
 
-    /// The box around those of a and b at a level higher by k/4, as φ ≥ min(φ_a, φ_b) − k/4: of distances a union is no larger than its
-    /// parts by more than k/4.
+    /// Box around those of a and b at a level raised by k/4, as φ ≥ min(φ_a, φ_b) − k/4: for distances a
+    /// union exceeds its parts by at most k/4.
     fn level_bounds(&self, level: f64) -> Option<(V, V)> {
         let raised = level + 0.25 * self.width;
         let ((a_low, a_high), (b_low, b_high)) = (self.a.level_bounds(raised)?, self.b.level_bounds(raised)?);
         Some((each(f64::min, a_low, b_low), each(f64::max, a_high, b_high)))
     }
 
-    /// What the boxes of −a and −b have in common, as −φ ≥ −φ_a and −φ ≥ −φ_b; that of −a if it is nothing.
+    /// Intersection of the boxes of −a and −b, as −φ ≥ −φ_a and −φ ≥ −φ_b; that of −a if it is empty.
     fn complement_level_bounds(&self, level: f64) -> Option<(V, V)> {
         let (a, b) = (self.a.complement_level_bounds(level), self.b.complement_level_bounds(level));
         let (Some((a_low, a_high)), Some((b_low, b_high))) = (a, b) else {

@@ -1,21 +1,21 @@
-//! Where on a segment the structure of what is seen changes.
+//! Critical points of a segment, where the structure of its view changes.
 //!
-//! Radiance is an analytic function of the point on a segment, except where two vertices are seen in
-//! the same direction: on the line through both. Those points, and those where a mirror would show a
-//! vertex to the camera (a narrow lobe makes a step of its own width there), split the quadrature.
+//! Radiance is an analytic function of the point on a segment, except where two vertices are seen in the same
+//! direction: on the line through both. Those points, and those where a mirror would show a vertex to the
+//! camera (a narrow lobe makes a step of its own width there), split the quadrature.
 
 use glam::DVec2;
 
 use crate::transport::{Segment, World};
 
-/// How near to an end, in parts of its length, a segment does not count as crossing a line: what
-/// only touches must not hide a critical point, and one too many does no harm.
+/// Distance from an end, relative to the segment's length, within which a segment does not count as crossing
+/// a line: a mere contact must not hide a critical point, and an additional one is harmless.
 const TOUCHING: f64 = 1e-9;
 
-/// How near, in parts of what is seen of a segment, a point is that needs grading.
+/// Distance of a point, relative to the visible part of a segment, below which grading is needed.
 const NEAR: f64 = 0.05;
 
-/// The parameters of the critical points of a segment in (s₀, s₁), on one side of it, in no order.
+/// Parameters of the critical points of a segment in (s₀, s₁), on one side of it, unordered.
 pub(super) fn critical_points(world: &World, segment: usize, side: f64, [first, last]: [f64; 2]) -> Vec<f64> {
     let own = &world.segments()[segment];
     let normal = own.normal() * side.signum();
@@ -44,7 +44,7 @@ pub(super) fn critical_points(world: &World, segment: usize, side: f64, [first, 
     found
 }
 
-/// The parameters in (s₀, s₁) at which a mirror would show a vertex to an eye.
+/// Parameters in (s₀, s₁) at which a mirror would show a vertex to an eye.
 pub(super) fn mirror_points(world: &World, segment: usize, eye: DVec2, [first, last]: [f64; 2]) -> Vec<f64> {
     let own = &world.segments()[segment];
     let normal = own.normal();
@@ -58,18 +58,17 @@ pub(super) fn mirror_points(world: &World, segment: usize, eye: DVec2, [first, l
         .collect()
 }
 
-/// A parameter, and over how much of the segment what is seen changes there.
+/// A parameter, and the length scale on the segment over which the view changes there.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Graded {
     pub(super) s: f64,
     pub(super) scale: f64,
 }
 
-/// Parameters in (s₀, s₁) graded towards the feet of points that are near the segment's line.
+/// Parameters in (s₀, s₁) graded towards the feet of points near the segment's line.
 ///
-/// What a surface sees, and what the camera sees of it, changes over the distance h of such a point
-/// from the line; no point of a quadrature rule over the whole would fall there. The grading is
-/// s_foot ± h qᵏ/|e|.
+/// The view from a surface, and the camera's view of it, change over the distance h of such a point from the
+/// line, which no point of a quadrature rule over the whole would resolve. The grading is s_foot ± h qᵏ/|e|.
 pub(super) fn graded_points(
     segment: &Segment,
     points: impl Iterator<Item = DVec2>,
@@ -114,7 +113,7 @@ fn is_silhouette(world: &World, vertex: usize, x: DVec2, vertices: &[DVec2]) -> 
     !(low < -TOUCHING && high > TOUCHING)
 }
 
-/// Whether a segment stands clearly between x and the farther vertex, apart from those of either.
+/// Whether a segment is clearly between x and the farther vertex, other than the segments of either vertex.
 fn is_hidden(world: &World, own: usize, x: DVec2, near: usize, far: usize, vertices: &[DVec2]) -> bool {
     let sight = vertices[far] - x;
     world.segments().iter().enumerate().any(|(i, segment)| {

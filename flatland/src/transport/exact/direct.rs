@@ -1,4 +1,4 @@
-//! Light that is scattered once, in closed form: a sum over what is seen from the surface.
+//! Singly scattered light in closed form: a sum over the visible intervals from the surface.
 //!
 //! Over an interval of directions [φ₀, φ₁] in which the radiance is L,
 //!
@@ -7,16 +7,16 @@
 //! glossy    s L ∫ g(α) cos φ dφ,   α = φ + φ_o,   cos φ = cos α cos φ_o + sin α sin φ_o
 //! ```
 //!
-//! where φ_o is the outgoing direction's angle from the normal. With θ the normal turns by ψ̇_n, the
-//! outgoing direction by ψ̇_o, the point moves by ẋ. At fixed directions, φ̇ = −ψ̇_n and
-//! α̇ = ψ̇_o − 2ψ̇_n: the interior term. The ends of the intervals turn by
+//! where φ_o is the outgoing direction's angle from the normal. With θ the normal rotates by ψ̇_n, the
+//! outgoing direction by ψ̇_o, and the point moves by ẋ. At fixed directions, φ̇ = −ψ̇_n and
+//! α̇ = ψ̇_o − 2ψ̇_n: the interior term. The ends of the intervals rotate by
 //!
 //! ```text
 //! ψ̇ = τ·(v̇ − ẋ)/r
 //! ```
 //!
-//! with v the vertex there, r its distance, τ its direction turned by a right angle: the boundary term
-//! Σ f cos φ (L⁻ − L⁺) ψ̇.
+//! with v the vertex there, r its distance, τ its direction rotated by a right angle: the boundary term Σ f
+//! cos φ (L⁻ − L⁺) ψ̇.
 
 use glam::DVec2;
 
@@ -36,7 +36,7 @@ pub struct Surface<'a> {
     intervals: Vec<Interval>,
 }
 
-/// How a point of a surface and the direction it is seen from change with θ.
+/// Rates of a surface point and of the direction from which it is seen.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SurfaceMotion {
     /// ẋ.
@@ -47,16 +47,15 @@ pub struct SurfaceMotion {
     pub outgoing_turn: f64,
 }
 
-/// The derivative of the radiance that leaves a point of a surface.
+/// Derivative of the radiance that leaves a point of a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RadianceRate {
     /// At fixed directions.
     pub interior: f64,
-    /// Of the ends of what is seen.
+    /// From the ends of the visible intervals.
     pub boundary: f64,
-    /// The sum of the absolute values of all that was added up, the velocities of a vertex and of
-    /// the point one by one: the boundary term of what moves along with all it sees is nothing but
-    /// their rounding.
+    /// Sum of the absolute values of all terms, with the velocities of a vertex and of the point separate: if
+    /// a point moves with everything it sees, the boundary term is nothing but their rounding.
     pub magnitude: f64,
 }
 
@@ -69,7 +68,8 @@ struct Scattered {
 }
 
 impl<'a> Surface<'a> {
-    /// The point of a segment at the parameter s, seen from where the unit vector `outgoing` points.
+    /// The point of a segment at the parameter s, seen from the side to which the unit vector `outgoing`
+    /// points.
     ///
     /// # Panics
     /// If the world has no such segment.
@@ -89,8 +89,7 @@ impl<'a> Surface<'a> {
         &self.view
     }
 
-    /// What is seen from it, even if it scatters nothing: a black surface has a derivative by its
-    /// reflectance.
+    /// Visible intervals, also for a black surface, which has a derivative by its reflectance.
     #[must_use]
     pub fn intervals(&self) -> &[Interval] {
         &self.intervals
@@ -101,23 +100,23 @@ impl<'a> Surface<'a> {
         (self.material.emission, change.materials[self.shape].emission)
     }
 
-    /// ∫ L_e cos φ dφ: the irradiance by direct light.
+    /// ∫ L_e cos φ dφ: irradiance by direct light.
     #[must_use]
     pub fn irradiance(&self) -> f64 {
         self.intervals.iter().map(|i| emitted(self.world, i.seen) * sine_difference(i)).sum()
     }
 
-    /// L_e and what is scattered of direct light towards the outgoing direction.
+    /// L_e plus the direct light scattered towards the outgoing direction.
     #[must_use]
     pub fn radiance(&self) -> f64 {
         let scattered = |i: &Interval| emitted(self.world, i.seen) * self.scattered(i, None).value;
         self.material.emission + self.intervals.iter().map(scattered).sum::<f64>()
     }
 
-    /// The derivative of [`radiance`](Self::radiance).
+    /// Derivative of [`radiance`](Self::radiance).
     ///
     /// # Panics
-    /// If the change was made for another world.
+    /// If the tangent belongs to another world.
     #[must_use]
     pub fn rate(&self, change: &Tangent, motion: &SurfaceMotion) -> RadianceRate {
         let own = &change.materials[self.shape];
@@ -199,15 +198,15 @@ impl<'a> Surface<'a> {
     }
 }
 
-/// Whether a segment scatters light, or does so with θ: a black surface that gets lighter scatters
-/// nothing, and has a derivative.
+/// Whether a segment scatters light, or does so with θ: a black surface with a rate of its reflectance
+/// scatters nothing, but has a derivative.
 pub(super) fn may_scatter(world: &World, change: &Tangent, segment: usize) -> bool {
     let material = world.material(segment);
     let rate = &change.materials[world.segments()[segment].shape];
     material.scatters() || rate.reflectance != 0.0 || (material.gloss.is_some() && rate.gloss_strength != 0.0)
 }
 
-/// The radiance that a segment emits, or the environment's.
+/// Radiance that a segment emits, or the environment's.
 pub(super) fn emitted(world: &World, seen: Option<usize>) -> f64 {
     seen.map_or(world.environment(), |i| world.material(i).emission)
 }
@@ -226,7 +225,7 @@ pub(super) fn turn(view: &View, end: &End, change: &Tangent, velocity: DVec2) ->
     view.direction(end).perp().dot(change.vertices[vertex] - velocity) / end.distance
 }
 
-/// (|v̇| + |ẋ|)/r: what the rounding of [`turn`] is relative to.
+/// (|v̇| + |ẋ|)/r, to which the rounding of [`turn`] is relative.
 fn turn_magnitude(end: &End, change: &Tangent, velocity: DVec2) -> f64 {
     match end.vertex {
         Some(vertex) if end.cos != 0.0 => {

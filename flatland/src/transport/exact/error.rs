@@ -1,8 +1,8 @@
-//! What has no exact answer.
+//! Errors of exact integrals.
 
 use crate::transport::{CameraError, TangentError};
 
-/// An exact image or derivative that cannot be had.
+/// Reason why an exact image or derivative is not available.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExactError {
@@ -21,55 +21,54 @@ pub enum ExactError {
     /// Closed forms exist for light that is scattered at most once.
     #[error("{bounces} bounces: closed forms exist for 0 and 1, and radiosity for diffuse surfaces")]
     Bounces {
-        /// How many were asked for.
+        /// Number of bounces requested.
         bounces: usize,
     },
-    /// The camera stands on a segment.
+    /// The camera is on a segment.
     #[error("the camera stands on segment {segment}, of shape {shape}")]
     CameraOnSegment {
         /// The shape.
         shape: usize,
-        /// The segment, numbered through the whole world.
+        /// Index of the segment in the whole world.
         segment: usize,
     },
-    /// Not differentiable: a vertex that is seen on the edge of a pixel moves, and the filter jumps
-    /// there.
+    /// Not differentiable: a moving vertex is seen on the edge of a box pixel.
     #[error(
         "not differentiable: vertex {vertex} moves across the box filter's edge it is seen on, at u = {u}"
     )]
     PixelEdge {
-        /// The vertex, numbered through the whole world.
+        /// Index of the vertex in the whole world.
         vertex: usize,
         /// The film coordinate.
         u: f64,
     },
-    /// Not differentiable: two vertices are seen at one film coordinate and part.
+    /// Not differentiable: two vertices are seen at one film coordinate and separate.
     #[error("not differentiable: vertices {} and {} are seen at the same u = {u} and part", vertices[0], vertices[1])]
     Coincide {
-        /// Both vertices, numbered through the whole world.
+        /// Indices of both vertices in the whole world.
         vertices: [usize; 2],
         /// The film coordinate.
         u: f64,
     },
-    /// Panels are cut into at least 1 part and at most 1024.
+    /// Panels may be cut into 1 to 1024 parts.
     #[error("panels cut into {parts} parts, not into 1 to 1024")]
     Parts {
         /// The parts.
         parts: usize,
     },
-    /// Radiosity is for surfaces without gloss.
+    /// Radiosity supports only surfaces without gloss.
     #[error("shape {shape} is glossy: radiosity knows diffuse surfaces only")]
     Glossy {
         /// The shape.
         shape: usize,
     },
-    /// The system of infinitely many bounces was not solved to rounding.
+    /// The system of infinitely many bounces did not converge to rounding.
     #[error("infinitely many bounces: the iteration stopped at a residual of {residual:e}")]
     NotConverged {
-        /// The largest entry of the residual, a radiance or its rate.
+        /// Largest entry of the residual, a radiance or its rate.
         residual: f64,
     },
-    /// Infinitely many bounces between surfaces that absorb nothing need not converge.
+    /// Infinitely many bounces between surfaces without absorption need not converge.
     #[error("shape {shape} reflects all light: infinitely many bounces need not converge")]
     NoAbsorption {
         /// The shape.

@@ -1,7 +1,7 @@
-//! The glossy lobe against a cosine, over an interval of directions, in closed form.
+//! Integrals of the glossy lobe times a cosine over an interval of directions, in closed form.
 //!
-//! With g_w(α) = sinh w / (2π (cosh w − cos α)), Poisson's kernel, and Δ for the difference between
-//! the ends of the interval,
+//! With g_w(α) = sinh w / (2π (cosh w − cos α)), Poisson's kernel, and Δ for the difference between the ends
+//! of the interval,
 //!
 //! ```text
 //! ∫ g dα       = 1/π Δ atan(coth(w/2) tan(α/2))                 =: G
@@ -9,14 +9,14 @@
 //! ∫ g sin α dα = sinh w / 2π Δ ln(cosh w − cos α)               =: S
 //! ```
 //!
-//! Every difference is brought into a form without cancellation, so that intervals may be as short
-//! and lobes as narrow as numbers allow.
+//! Every difference is transformed to avoid cancellation, so that intervals may be arbitrarily short and
+//! lobes arbitrarily narrow.
 
 use std::f64::consts::{PI, TAU};
 
 use crate::transport::Gloss;
 
-/// The lobe over the angles α from `first` to `last`, at a known distance.
+/// The lobe over the angles α from `first` to `last`, with a known difference.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LobeArc {
     sinh: f64,
@@ -24,13 +24,13 @@ pub(super) struct LobeArc {
     /// sinh²(w/2).
     base: f64,
     width: f64,
-    /// sin of the middle angle, its cosine, and sin of half the width.
+    /// Sine of the middle angle, its cosine, and sine of half the width.
     sin_middle: f64,
     cos_middle: f64,
     sin_half: f64,
     /// sin² of half the middle angle.
     half_middle: f64,
-    /// cosh w − cos α, halved, at both ends.
+    /// (cosh w − cos α)/2 at both ends.
     spread: [f64; 2],
     /// G.
     mass: f64,
@@ -88,7 +88,7 @@ impl LobeArc {
         [cos, sin]
     }
 
-    /// g at both ends, and the difference of both.
+    /// g at both ends, and the difference of the two.
     pub(super) fn ends(&self) -> ([f64; 2], f64) {
         let factor = self.sinh / (2.0 * TAU);
         (self.spread.map(|s| factor / s), factor * self.reciprocals())
@@ -105,7 +105,7 @@ mod tests {
     use super::*;
     use crate::quadrature::adaptive;
 
-    /// ∫ of g cos α, g sin α, and their slopes in w by quadrature, and ∫ |g| for the scale.
+    /// Reference by quadrature: ∫ of g cos α, g sin α, and their slopes in w, and ∫ |g| for the scale.
     fn by_quadrature(gloss: &Gloss, first: f64, last: f64) -> [f64; 4] {
         let mut ends = vec![first];
         if first < 0.0 && last > 0.0 {
@@ -137,7 +137,7 @@ mod tests {
                 let arc = LobeArc::new(&gloss, first, last - first);
                 let ([c, s], [cw, sw]) = (arc.moments(), arc.moments_by_width());
                 let expected = by_quadrature(&gloss, first, last);
-                // The mass of the interval, and the same per width of the lobe.
+                // The mass of the interval, and that divided by the width of the lobe.
                 let scale = [1.0, 1.0, 1.0 / width, 1.0 / width].map(|s| s * arc.mass);
                 for (i, (found, expected)) in [c, s, cw, sw].into_iter().zip(expected).enumerate() {
                     let error = (found - expected).abs() / scale[i];

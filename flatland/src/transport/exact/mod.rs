@@ -1,9 +1,9 @@
 //! Exact images of flat worlds, and their exact derivatives.
 //!
-//! From every point the half circle of directions is cut where what is seen changes ([`View`]).
-//! Over such an [`Interval`] direct light has a closed form, for diffuse surfaces and for the glossy
-//! lobe ([`Surface`]), and its derivative is an interior term and a sum over the intervals' ends. A
-//! pixel integrates it between the places where two vertices are seen in one direction ([`Exact`]).
+//! From every point the half circle of directions is cut where the visible segment changes ([`View`]). Over
+//! such an [`Interval`] direct light has a closed form, for diffuse surfaces and for the glossy lobe
+//! ([`Surface`]), and its derivative is an interior term plus a sum over the intervals' ends. A pixel is
+//! integrated between the places where two vertices are seen in one direction ([`Exact`]).
 
 mod critical;
 mod direct;

@@ -1,4 +1,4 @@
-//! What the film sees: the segments along it, and the vertices between them.
+//! Partition of the film: the visible segments along it, and the vertices between them.
 
 use glam::DVec2;
 
@@ -8,40 +8,40 @@ use super::visible::View;
 use crate::plane::Filter;
 use crate::transport::{Camera, Tangent, World};
 
-/// How near, in parts of the film, two film coordinates must be to be one: some rounding errors.
+/// Distance, relative to the film, within which two film coordinates are equal: several rounding errors.
 const SAME: f64 = 16.0 * f64::EPSILON;
 
-/// Breaks towards a near point are this factor apart: adaptive quadrature refines between them.
+/// Ratio of successive breaks towards a near point; adaptive quadrature refines between them.
 const FILM_GRADING: f64 = 8.0;
 
-/// A part of the film in which one segment is seen, or the environment.
+/// A part of the film in which one segment, or the environment, is visible.
 #[derive(Clone, Debug)]
 pub(super) struct Stretch {
     pub(super) ends: [f64; 2],
     pub(super) seen: Option<usize>,
-    /// Where the radiance that is reflected is not analytic, in order.
+    /// Places where the reflected radiance is not analytic, in order.
     pub(super) breaks: Vec<f64>,
 }
 
-/// A place on the film where what is seen changes.
+/// A place on the film where the visible segment changes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Jump {
     pub(super) u: f64,
-    /// The vertex that is seen there and its distance.
+    /// The vertex there, and its distance.
     pub(super) vertex: usize,
     pub(super) distance: f64,
-    /// What is seen at smaller u, and at larger.
+    /// The segments visible at smaller and at larger u.
     pub(super) sides: [Option<usize>; 2],
 }
 
-/// The film of a camera in a world.
+/// Partition of the film of a camera in a world.
 #[derive(Clone, Debug)]
 pub(super) struct Partition {
     pub(super) stretches: Vec<Stretch>,
     pub(super) jumps: Vec<Jump>,
 }
 
-/// A point of a segment that is seen.
+/// A visible point of a segment.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Seen {
     pub(super) segment: usize,
@@ -51,8 +51,8 @@ pub(super) struct Seen {
 }
 
 impl Partition {
-    /// With the places where light that is scattered once is not analytic, on the segments that
-    /// scatter any.
+    /// The partition with the places where singly scattered light is not analytic, on the segments that
+    /// scatter.
     pub(super) fn new(
         world: &World,
         camera: &Camera,
@@ -104,7 +104,7 @@ impl Partition {
         }
     }
 
-    /// Checks that no two vertices are seen in one direction and part.
+    /// Checks that no two vertices are seen in one direction and separate.
     ///
     /// # Errors
     /// [`ExactError::Coincide`].
@@ -140,7 +140,7 @@ impl Partition {
         Ok(())
     }
 
-    /// Whether a vertex at this distance is not hidden on both sides of u.
+    /// Whether a vertex at this distance is visible on at least one side of u.
     fn is_in_front(&self, world: &World, camera: &Camera, vertex: usize, distance: f64, u: f64) -> bool {
         let limit = |seen: Option<usize>| {
             let Some(i) = seen else { return f64::INFINITY };
@@ -162,7 +162,8 @@ impl Jump {
         self.u >= -reach - 1e-9 && self.u <= camera.film.pixels as f64 + reach + 1e-9
     }
 
-    /// Checks that the jump, if `step` = (L⁻ − L⁺) u̇ is not 0, is not where the filter jumps.
+    /// Checks that the discontinuity, if `step` = (L⁻ − L⁺) u̇ is nonzero, is not where the filter is
+    /// discontinuous.
     ///
     /// # Errors
     /// [`ExactError::PixelEdge`].
@@ -176,7 +177,7 @@ impl Jump {
     }
 }
 
-/// Whether two film coordinates are one, up to rounding.
+/// Whether two film coordinates are equal up to rounding.
 fn same(camera: &Camera, u: f64, v: f64) -> bool {
     (u - v).abs() <= SAME * (camera.film.pixels as f64).max(u.abs())
 }
@@ -192,7 +193,7 @@ fn parts(a: f64, b: f64) -> bool {
     (a - b).abs() > 1e-12 * a.abs().max(b.abs())
 }
 
-/// The camera may not stand on a segment: what it sees is not defined.
+/// Checks that the camera is not on a segment, where its view is undefined.
 fn check_place(world: &World, camera: &Camera) -> Result<(), ExactError> {
     for (i, segment) in world.segments().iter().enumerate() {
         let [a, b] = segment.ends();
@@ -207,7 +208,7 @@ fn check_place(world: &World, camera: &Camera) -> Result<(), ExactError> {
 
 impl Stretch {
     fn split(&mut self, world: &World, camera: &Camera, segment: usize) {
-        // What the widest filter reaches.
+        // Extent of the widest filter.
         let reach = camera.film.filter.radius() - 0.5;
         let film = [-reach, camera.film.pixels as f64 + reach];
         let ends = [self.ends[0].max(film[0]), self.ends[1].min(film[1])];
@@ -232,7 +233,7 @@ impl Stretch {
 }
 
 impl Seen {
-    /// Where the ray of a film coordinate meets a segment's line, kept within the segment.
+    /// Intersection of the ray of a film coordinate with a segment's line, clamped to the segment.
     pub(super) fn on(world: &World, camera: &Camera, segment: usize, u: f64) -> Self {
         let direction = camera.direction(u);
         let own = &world.segments()[segment];
@@ -243,7 +244,7 @@ impl Seen {
         Self { segment, s, distance, direction }
     }
 
-    /// The same, or the very end of the segment if that is the vertex seen at u.
+    /// [`on`](Self::on), or exactly the end of the segment if that is the vertex seen at u.
     pub(super) fn at_jump(world: &World, camera: &Camera, segment: usize, jump: &Jump) -> Self {
         let own = &world.segments()[segment];
         let seen = Self::on(world, camera, segment, jump.u);

@@ -1,4 +1,4 @@
-//! Pixels and their derivatives, term by term.
+//! Exact pixels and their derivatives, term by term.
 
 use rayon::prelude::*;
 
@@ -10,8 +10,8 @@ use crate::transport::{Camera, Tangent, Terms, World};
 
 /// The exact image of a world and its exact derivative, for light that is scattered at most once.
 ///
-/// Radiance is a closed form at every point of a surface; over the film it is integrated between the
-/// places where it is not analytic by Gauss–Legendre quadrature that refines itself.
+/// Radiance has a closed form at every point of a surface; over the film it is integrated between the places
+/// where it is not analytic by adaptive Gauss–Legendre quadrature.
 ///
 /// # Example
 ///
@@ -38,9 +38,9 @@ use crate::transport::{Camera, Tangent, Terms, World};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exact {
-    /// How often light may be scattered: 0, only emission is seen; 1, direct light as well.
+    /// Largest number of scattering events: 0 for emission only, 1 for direct light as well.
     pub bounces: usize,
-    /// The error of the quadrature, relative to the integral of absolute values.
+    /// Error of the quadrature, relative to the integral of absolute values.
     pub tolerance: f64,
 }
 
@@ -50,15 +50,15 @@ impl Default for Exact {
     }
 }
 
-/// Values of all pixels and what is known of their errors.
+/// Values of all pixels with their error estimates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Integrated<T> {
     /// The values.
     pub pixels: Vec<T>,
-    /// Estimates of the absolute errors; pessimistic, for they are those of the quadrature's last
-    /// step but one. Rounding comes on top: some 10⁻¹⁵ of the scale.
+    /// Estimates of the absolute errors; pessimistic, as they are those of the quadrature's last step but
+    /// one. Rounding is additional, about 10⁻¹⁵ of the scale.
     pub errors: Vec<f64>,
-    /// The integrals of the absolute values of all that was added up, on which accuracy depends.
+    /// Integrals of the absolute values of all terms, to which accuracy is relative.
     pub scales: Vec<f64>,
 }
 
@@ -147,13 +147,13 @@ impl Exact {
 struct FilmIntegral<'a> {
     world: &'a World,
     camera: &'a Camera,
-    /// Of every segment, whether light that it scatters matters.
+    /// For every segment, whether its scattered light matters.
     scatters: Vec<bool>,
     partition: Partition,
 }
 
 impl FilmIntegral<'_> {
-    /// ∫ h_p f du, with f's values and its scale.
+    /// ∫ h_p f du, with f returning its values and their scale.
     fn integrate<const N: usize>(
         &self,
         pixel: usize,
@@ -186,7 +186,7 @@ impl FilmIntegral<'_> {
         }
     }
 
-    /// The interior and the secondary term at u, and their scale.
+    /// Interior and secondary term at u, and their scale.
     fn rate(&self, u: f64, change: &Tangent) -> ([f64; 2], f64) {
         let Some(segment) = self.partition.stretch(u).seen else {
             return ([change.environment, 0.0], change.environment.abs());
@@ -201,7 +201,7 @@ impl FilmIntegral<'_> {
         ([rate.interior, rate.boundary], rate.magnitude)
     }
 
-    /// (L⁻ − L⁺) u̇ of a jump over the film.
+    /// (L⁻ − L⁺) u̇ of a discontinuity over the film.
     fn step(&self, jump: &Jump, change: &Tangent) -> f64 {
         let rate = film_rate(self.camera, change, jump.vertex, jump.u, jump.distance);
         if rate == 0.0 {
@@ -213,8 +213,7 @@ impl FilmIntegral<'_> {
     }
 }
 
-/// How the point that is seen at u moves:
-/// ẋ = ẋ_o + tψ̇τ + ṫω with ṫ = n·(ẋ_mat − ẋ_o − tψ̇τ)/(n·ω).
+/// Motion of the point seen at u: ẋ = ẋ_o + tψ̇τ + ṫω with ṫ = n·(ẋ_mat − ẋ_o − tψ̇τ)/(n·ω).
 pub(super) fn motion_of_seen(
     world: &World,
     camera: &Camera,

@@ -1,8 +1,8 @@
-//! What is seen from a point: the exact partition of a half circle of directions.
+//! Visibility from a point: the exact partition of a half circle of directions.
 //!
-//! A rotational sweep over the end points of all segments, with the segments that cross the current
-//! direction in a list. Between two consecutive end points the nearest segment does not change, for
-//! segments do not cross.
+//! A rotational sweep over the end points of all segments, with the segments that cross the current direction
+//! in a list. Between two consecutive end points the nearest segment does not change, as segments do not
+//! cross.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -10,7 +10,7 @@ use glam::DVec2;
 
 use crate::transport::{Segment, World};
 
-/// What stands for no distance at all in the limit of a point that goes to the end of its segment.
+/// Distance that represents zero in the limit of a point that approaches the end of its segment.
 const LIMIT: f64 = 1e-200;
 
 /// A point and the half circle of directions around a unit vector, in which directions are the angles
@@ -28,7 +28,7 @@ struct Own {
     segment: usize,
     vertices: [usize; 2],
     ends: [DVec2; 2],
-    /// From the point to the ends along the tangent: relative accuracy also near the ends.
+    /// Offsets from the point to the ends along the tangent: relatively accurate also near the ends.
     tangent: [f64; 2],
 }
 
@@ -41,7 +41,7 @@ pub struct End {
     pub cos: f64,
     /// sin φ.
     pub sin: f64,
-    /// The distance of the vertex; infinite where there is none.
+    /// Distance of the vertex; infinite if there is none.
     pub distance: f64,
     /// The vertex that moves this end; `None` at the ends of the half circle.
     pub vertex: Option<usize>,
@@ -49,22 +49,22 @@ pub struct End {
     pub nearer: Option<usize>,
 }
 
-/// Directions in which one segment is seen, or the environment.
+/// Directions in which one segment, or the environment, is visible.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
-    /// Where it starts.
+    /// Its start.
     pub start: End,
-    /// Where it ends, at no smaller angle.
+    /// Its end, at no smaller angle.
     pub end: End,
-    /// Its width in radians, accurate relative to itself if it is a whole segment's.
+    /// Its width in radians, relatively accurate if it is that of a whole segment.
     pub width: f64,
-    /// The segment that is seen; `None` is the environment.
+    /// The visible segment; `None` is the environment.
     pub seen: Option<usize>,
 }
 
 impl View {
-    /// From the point of a segment at the parameter s, on the side of the normal (`side` > 0) or on
-    /// the other. At the very ends of the segment it is the limit from inside.
+    /// From the point of a segment at the parameter s, on the side of the normal (`side` > 0) or on the
+    /// other. At the ends of the segment it is the limit from inside.
     ///
     /// # Panics
     /// If the world has no such segment.
@@ -73,13 +73,13 @@ impl View {
         let own = &world.segments()[segment];
         let sign = 1.0_f64.copysign(side);
         let length = own.edge.length();
-        // The tangent is the axis turned by a right angle: against the edge on the normal's side.
+        // The tangent is the axis rotated by a right angle: opposite to the edge on the normal's side.
         let tangent = [sign * (s * length).max(LIMIT), -sign * ((1.0 - s) * length).max(LIMIT)];
         let own_of = Own { segment, vertices: own.vertices, ends: own.ends(), tangent };
         Self { point: own.at(s), axis: sign * own.normal(), own: Some(own_of) }
     }
 
-    /// From a point in the open, around a unit vector.
+    /// From a point that is not on a segment, around a unit vector.
     #[must_use]
     pub fn free(point: DVec2, axis: DVec2) -> Self {
         Self { point, axis, own: None }
@@ -115,7 +115,7 @@ impl View {
         self.tangent().dot(direction).atan2(self.axis.dot(direction))
     }
 
-    /// Where a vertex is seen, which may be below the horizon.
+    /// Position of a vertex in the view, possibly below the horizon.
     fn place(&self, vertex: usize, at: DVec2) -> Place {
         let local = self.local(vertex, at);
         let end = if local.x == 0.0 {
@@ -135,10 +135,10 @@ impl View {
             return DVec2::new(self.axis.dot(difference), self.tangent().dot(difference));
         };
         if let Some(k) = own.vertices.iter().position(|&v| v == vertex) {
-            // The sign is kept where the point is the vertex: the limit from inside.
+            // The sign is kept if the point is the vertex: the limit from inside.
             return DVec2::new(0.0, own.tangent[k]);
         }
-        // The height over the segment's line is the same seen from everywhere on it.
+        // The height over the segment's line is the same from everywhere on it.
         let [a, b] = own.ends.map(|end| at - end);
         let near = if a.length_squared() < b.length_squared() { a } else { b };
         DVec2::new(self.axis.dot(near), self.tangent().dot(difference))
@@ -148,7 +148,7 @@ impl View {
         DVec2::new(self.axis.dot(segment.edge), self.tangent().dot(segment.edge))
     }
 
-    /// What is seen, in the order of the angles, from −π/2 to π/2 without a gap.
+    /// Visible intervals, ordered by angle, from −π/2 to π/2 without a gap.
     #[must_use]
     pub fn intervals(&self, world: &World) -> Vec<Interval> {
         let places: Vec<Place> = world.vertices().enumerate().map(|(v, at)| self.place(v, at)).collect();
@@ -201,7 +201,7 @@ impl Arc {
             return None;
         }
         let edge = view.local_edge(segment);
-        // From the nearer end, whose digits count: the farther one's may be lost next to a corner.
+        // From the nearer end, whose digits matter: those of the farther one may be lost near a corner.
         let start = if a.end.distance <= b.end.distance { a.local } else { b.local };
         let turn = start.perp_dot(edge);
         if turn == 0.0 {
@@ -215,15 +215,15 @@ impl Arc {
         (ends[0].angle < ends[1].angle).then_some(Self { segment: index, ends, start, edge })
     }
 
-    /// How far along a direction the segment's line is.
+    /// Distance along a direction to the segment's line.
     fn distance(&self, towards: DVec2) -> f64 {
         let t = self.start.perp_dot(self.edge) / towards.perp_dot(self.edge);
-        // Seen edge-on within rounding: as far as its nearer end.
+        // Edge-on up to rounding: as far as its nearer end.
         if t > 0.0 { t } else { self.ends[0].distance.min(self.ends[1].distance) }
     }
 }
 
-/// Where the segment from p, below the horizon, to q crosses the horizon.
+/// Crossing of the segment from p, below the horizon, to q with the horizon.
 fn horizon_crossing(p: &Place, q: &Place) -> End {
     let part = p.local.x / (p.local.x - q.local.x);
     End::horizon(p.local.y + part * (q.local.y - p.local.y))
@@ -237,7 +237,7 @@ impl End {
     }
 }
 
-/// The sweep's state.
+/// State of the sweep.
 struct Sweep<'a> {
     arcs: &'a [Arc],
     active: Vec<usize>,
@@ -285,7 +285,7 @@ impl Sweep<'_> {
             return;
         }
         let middle = DVec2::new(from.cos + to.cos, from.sin + to.sin);
-        // Both ends of the half circle add up to nothing.
+        // Both ends of the half circle sum to zero.
         let middle = if middle.x > 0.0 { middle } else { DVec2::X };
         let near = |&a: &usize, &b: &usize| {
             let [a, b] = [a, b].map(|i| self.arcs[i].distance(middle));
@@ -307,8 +307,8 @@ impl Sweep<'_> {
     }
 }
 
-/// Among the ends of segments in one direction, the one between two segments that are seen on both
-/// sides of it: the nearer one, if one of them ends and the other starts there.
+/// Among the segment ends in one direction, the one between the two segments visible on both sides of it: the
+/// nearer one, if one of them ends and the other starts there.
 fn between(arcs: &[Arc], group: &[Event], low: Option<usize>, high: Option<usize>) -> Option<End> {
     let concerns = |event: &&Event| {
         let segment = Some(arcs[event.arc].segment);
@@ -327,14 +327,14 @@ fn width(interval: &Interval, world: &World, view: &View, places: &[Place]) -> f
     if let Some(segment) = seen.map(|i| &world.segments()[i]) {
         let [a, b] = segment.vertices;
         if [(start.vertex, end.vertex), (end.vertex, start.vertex)].contains(&(Some(a), Some(b))) {
-            // From the edge itself: the difference of both directions has lost its digits when the
-            // segment is short.
+            // From the edge itself: for a short segment, the difference of both directions has lost its
+            // digits.
             let edge = view.local_edge(segment);
             let near = if places[a].end.distance <= places[b].end.distance { a } else { b };
             return places[near].local.perp_dot(edge).abs().atan2(places[a].local.dot(places[b].local));
         }
     }
     let cross = start.cos * end.sin - start.sin * end.cos;
-    // −0 would turn the half circle round.
+    // −0 would reverse the half circle.
     cross.abs().atan2(start.cos * end.cos + start.sin * end.sin)
 }

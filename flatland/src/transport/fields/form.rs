@@ -1,4 +1,4 @@
-//! V and ∇·V on a domain of one dimension as a linear form, and its transpose.
+//! V and ∇·V on a one-dimensional domain as a linear form, and its transpose.
 
 use glam::DVec2;
 
@@ -6,15 +6,15 @@ use crate::plane::MaterialPoint;
 use crate::transport::CameraTangent;
 use crate::warp::{Field, LinearField};
 
-/// V and ∇·V at one point as a linear form in velocities ẏ of material points, relative to the
-/// velocity ẋ of the point they are seen from.
+/// V and ∇·V at one point as a linear form in velocities ẏ of material points, relative to the velocity ẋ of
+/// the point from which they are seen.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FieldForm {
     /// The material points with their coefficients.
     pub terms: Vec<FieldTerm>,
-    /// The coefficients of the camera's rates in V and in ∇·V; only on the film.
+    /// Coefficients of the camera's rates in V and in ∇·V; only on the film.
     pub camera: [CameraTangent; 2],
-    /// How many rays it took.
+    /// Number of rays.
     pub rays: u64,
 }
 
@@ -50,8 +50,8 @@ impl FieldForm {
     }
 }
 
-/// In the material points alone: the rates of the camera's angle and field of view are no velocities of points, and
-/// what they add is [`camera`](FieldForm::camera).
+/// Covers the material points alone: the rates of the camera's angle and field of view are not velocities of
+/// points, and contribute through [`camera`](FieldForm::camera).
 impl LinearField for FieldForm {
     type Vector = f64;
     type Source = MaterialPoint;

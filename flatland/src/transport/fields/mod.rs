@@ -1,9 +1,9 @@
-//! Every construction of the warp field over a flat world: on the circle of directions at a point, and
-//! on the film.
+//! All constructions of the warp field for a flat world: on the circle of directions at a point, and on the
+//! film.
 //!
-//! On a one-dimensional domain V is a number, the rate of an angle or of a film coordinate. All
-//! constructions are linear in the velocities of what they see, and are kept as their coefficients, a
-//! [`FieldForm`]: forward mode applies them, reverse mode their transpose.
+//! On a one-dimensional domain V is a number, the rate of an angle or of a film coordinate. All constructions
+//! are linear in the velocities of visible points, and are stored as their coefficients, a [`FieldForm`]:
+//! forward mode applies them, reverse mode their transpose.
 
 mod form;
 mod near;
@@ -29,52 +29,53 @@ use visible::interpolate;
 pub enum Construction {
     /// A weighted mean over auxiliary rays: boundary-aware or Gaussian.
     Auxiliary(Warp),
-    /// The same over directions, of velocities that fade away from jumps: V_i (1 − B_i) in place of V_i.
-    /// Only what is near a jump has to move, and a narrow lobe that sees none is left alone: with V_i
-    /// itself, the slope of the lobe times V has a variance ∝ 1/width² wherever anything moves. On the
-    /// film, where the filter is as wide as the kernel, nothing fades.
+    /// A weighted mean with, over directions, velocities that fade away from discontinuities: V_i (1 − B_i)
+    /// in place of V_i. Only the neighbourhood of a discontinuity must move, and a narrow lobe that sees none
+    /// is unaffected: with V_i itself, the slope of the lobe times V has a variance ∝ 1/width² wherever
+    /// anything moves. On the film, where the filter is as wide as the kernel, nothing fades.
     Local(Warp),
-    /// The [mean over the jumps](JumpMean) near by: exact, unbiased, and without auxiliary rays. It needs a list of all
-    /// vertices and takes a look at each, but asks of none whether it is seen.
+    /// The [mean over discontinuities](JumpMean) nearby: exact, unbiased, and without auxiliary rays. It
+    /// needs a list of all vertices and visits each, but tests none for visibility.
     JumpMean {
-        /// R in widths κ^−½ of the kernel that auxiliary rays would have: the least variance is at about 8, which is 1.2
-        /// pixels on the film by default, and at most half as much again from 4 to 16.
+        /// R in widths κ^−½ of the kernel that auxiliary rays would have: the variance is least at about 8,
+        /// which is 1.2 pixels on the film by default, and at most half as large again from 4 to 16.
         reach: f64,
     },
-    /// The same, [softened](JumpMean#softened), for [`WarpedArea`](crate::estimator::transport::WarpedArea), which samples what V
-    /// leaves to the boundary: unbiased for every softness from 0, the exact mean, to ∞, edge sampling.
+    /// The [softened](JumpMean#softened) mean, for [`WarpedArea`](crate::estimator::transport::WarpedArea),
+    /// which samples the residual: unbiased for every softness from 0, the exact mean, to ∞, edge sampling.
     ///
     /// ```text
     /// V = Σ ḃ K(s)/(Σ K(s) + 1/R),    K(s) = (1/√(s² + ε²) − 1/R)₊
     /// ```
     ///
-    /// The ends of what is seen are followed exactly, ε = 0, if they are more than ε apart: there the residual is one-sided. All others
-    /// are softened. So jumps that are followed exactly are never nearer than ε to each other, and |∇·V| is at most about N/ε times the
-    /// largest |ḃ|, of N jumps within reach, where that of the exact mean is |Δv|/g in a gap g, at the end of a light that a silhouette
-    /// passes, and where a segment is seen along its length. Angles of what nearly touches the surface change as v/r, and no softness
-    /// takes that away.
+    /// The ends of the visible segment are followed exactly, ε = 0, if they are more than ε apart: there the
+    /// residual is one-sided. All others are softened. Discontinuities that are followed exactly are thus
+    /// never nearer than ε to each other, and |∇·V| is at most about N/ε times the largest |ḃ|, for N
+    /// discontinuities within reach, where that of the exact mean is |Δv|/g in a gap g, at the end of a light
+    /// that a silhouette crosses, and where a segment is seen along its length. Angles of objects that nearly
+    /// touch the surface change as v/r, which no softness removes.
     ///
-    /// It costs a path from the far side of one jump for every surface of a path, and from both sides where the jump is not followed at
-    /// all: half again to twice the time of the exact mean.
+    /// It requires a path from the far side of one discontinuity for every surface of a path, and from both
+    /// sides if the discontinuity is not followed at all: 1.5 to 2 times the time of the exact mean.
     Softened {
-        /// R, as of the exact mean: 8.
+        /// R, as for the exact mean: 8.
         reach: f64,
-        /// ε, in the same unit: a tenth to a quarter of the reach. Of less little is gained, and with half of it and more the
-        /// variance grows to that of edge sampling.
+        /// ε, in the same unit: a tenth to a quarter of the reach. Smaller values gain little; from half of
+        /// it on the variance grows to that of edge sampling.
         softness: f64,
     },
-    /// Linear between the jumps that are seen, all of which are searched for: ΔV = 0 in one
-    /// dimension. The cost grows with the number of vertices.
+    /// Linear between the visible discontinuities, all of which are searched: ΔV = 0 in one dimension. The
+    /// cost grows with the number of vertices.
     Harmonic,
-    /// The velocity of what is seen, as it is: jumps at silhouettes, and so is wrong.
+    /// The velocity of the visible point itself: discontinuous at silhouettes, and therefore wrong.
     Direct,
-    /// One rigid motion per kernel, that of the nearest of a few points seen in it (Loubet et al.
-    /// 2019): biased.
+    /// One rigid motion per kernel, that of the nearest of several points seen in it (Loubet et al. 2019):
+    /// biased.
     Followed {
-        /// Points from which the nearest is chosen.
+        /// Number of points from which the nearest is chosen.
         candidates: usize,
     },
-    /// No motion: what is left is the interior term alone.
+    /// No motion: the interior term alone.
     Still,
 }
 
@@ -219,7 +220,8 @@ impl Construction {
         field
     }
 
-    /// [`around`](Self::around) where it is known what is seen, as beside a jump: a mean over jumps, and 0 for all others.
+    /// [`around`](Self::around) with a known hit, as next to a discontinuity: for means over discontinuities;
+    /// 0 for all others.
     #[must_use]
     pub(crate) fn beside(
         &self,
@@ -232,7 +234,7 @@ impl Construction {
         self.near(kappa).map_or_else(FieldForm::default, |near| near.around(world, origin, direction, seen))
     }
 
-    /// [`over_film`](Self::over_film) in the same way.
+    /// [`over_film`](Self::over_film) with a known hit, likewise.
     #[must_use]
     pub(crate) fn beside_on_film(
         &self,
@@ -245,12 +247,13 @@ impl Construction {
         self.near(kappa).map_or_else(FieldForm::default, |near| near.on_film(world, camera, u, seen))
     }
 
-    /// Whether a mean over jumps is the velocity of the ends of a segment on the side on which that is seen; no other field is.
+    /// Whether a mean over discontinuities equals the velocity of a segment's ends on the side on which the
+    /// segment is visible; false for other fields.
     pub(crate) fn follows_ends(&self, world: &World, origin: Origin, kappa: f64, segment: usize) -> bool {
         self.near(kappa).is_some_and(|near| near.follows_ends_around(world, origin, segment))
     }
 
-    /// The same on the film.
+    /// [`follows_ends`](Self::follows_ends) on the film.
     pub(crate) fn follows_ends_on_film(
         &self,
         world: &World,
@@ -261,7 +264,7 @@ impl Construction {
         self.near(kappa).is_some_and(|near| near.follows_ends_on_film(world, camera, segment))
     }
 
-    /// A mean over jumps in the unit of its domain.
+    /// A mean over discontinuities in the unit of its domain.
     fn near(&self, kappa: f64) -> Option<Near> {
         let (reach, softness) = match *self {
             Self::JumpMean { reach } => (reach, 0.0),
@@ -273,13 +276,13 @@ impl Construction {
     }
 }
 
-/// The rate of the direction d towards a hit: its material point y and the covector of ẏ − ẋ.
+/// Rate of the direction d towards a hit: its material point y and the covector of ẏ − ẋ.
 fn seen(world: &World, direction: DVec2, hit: &Hit) -> (MaterialPoint, DVec2) {
     (world.segments()[hit.segment].material_point(hit.s), direction.perp() / hit.distance)
 }
 
-/// Adds the rate of what is seen at u. What is infinitely far moves with the camera's angle and field
-/// of view only.
+/// Adds the rate of the point seen at u. A point at infinity moves only with the camera's angle and field of
+/// view.
 fn push_on_film(
     field: &mut FieldForm,
     world: &World,
@@ -296,7 +299,7 @@ fn push_on_film(
     field.push_camera(&by_camera.without_position(), weight, divergence);
 }
 
-/// The velocity of what is seen and its derivative, dV/dψ of V(ψ) = τ·(ẏ − ẋ)/r.
+/// The velocity of the visible point and its derivative, dV/dψ of V(ψ) = τ·(ẏ − ẋ)/r.
 fn push_direct(field: &mut FieldForm, world: &World, direction: DVec2, hit: &Hit) {
     let segment = &world.segments()[hit.segment];
     let (r, tangent) = (hit.distance, direction.perp());
@@ -319,7 +322,7 @@ fn push_direct_on_film(field: &mut FieldForm, world: &World, camera: &Camera, u:
     field.push_camera(&slope.without_position(), 0.0, 1.0);
 }
 
-/// How the point seen slides along a segment as the direction turns: ds/dψ and dr/dψ.
+/// Sliding of the visible point along a segment as the direction rotates: ds/dψ and dr/dψ.
 struct Slide {
     s: f64,
     distance: f64,
@@ -354,7 +357,7 @@ fn push_ends(
     }
 }
 
-/// The distance, in film coordinates, from what is seen at u to its nearer end.
+/// Distance, in film coordinates, from u to the nearer end of the segment seen there.
 fn jump_on_film(world: &World, camera: &Camera, u: f64, hit: &Hit) -> f64 {
     let ends = world.segments()[hit.segment].ends();
     ends.into_iter()
@@ -363,7 +366,7 @@ fn jump_on_film(world: &World, camera: &Camera, u: f64, hit: &Hit) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
-/// The distance, in radians to first order, from what is seen in a direction to its nearer end: the
+/// Distance, in radians to first order, from a direction to the nearer end of the segment seen there: the
 /// sine of the angle, which keeps growing past a right angle.
 fn jump_angle(world: &World, from: DVec2, direction: DVec2, hit: &Hit) -> f64 {
     let distance = |end: DVec2| {
@@ -375,7 +378,7 @@ fn jump_angle(world: &World, from: DVec2, direction: DVec2, hit: &Hit) -> f64 {
     a.min(b)
 }
 
-/// The nearest of some hits.
+/// The nearest of several hits.
 fn nearest<T>(hits: impl Iterator<Item = (Hit, T)>) -> Option<(Hit, T)> {
     hits.min_by(|a, b| a.0.distance.total_cmp(&b.0.distance))
 }

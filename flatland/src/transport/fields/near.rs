@@ -1,18 +1,19 @@
-//! The jumps of a flat world for means over those near a direction or a film coordinate.
+//! Discontinuities of a flat world for means over those near a direction or a film coordinate.
 //!
-//! S(u) is the silhouettes before the line of the segment T that is seen at u, all of them where nothing is
-//! seen, and the ends of T. A silhouette is a vertex at which a shape ends or turns back, as seen from the
-//! origin. That keeps the lemma of [`JumpMean`] (Theory 5). Nothing is tested for visibility: hidden
-//! silhouettes may be in S, on one side only too, as they have no weight where what is seen changes.
-//! Crossings and vertices that touch another segment need no care, as a [`World`] refuses both. A vertex that
-//! two segments share counts once.
+//! S(u) is the silhouettes in front of the line of the segment T visible at u (all of them if nothing is
+//! visible) and the ends of T. A silhouette is a vertex at which a shape ends or turns back, as seen from the
+//! origin. This satisfies the lemma of [`JumpMean`] (Theory 5). Nothing is tested for visibility: hidden
+//! silhouettes may be in S, even on one side only, as they have no weight where the visible segment changes.
+//! Crossings and vertices that touch another segment need no treatment, as a [`World`] refuses both. A vertex
+//! shared by two segments counts once.
 //!
-//! Softened, V falls short of the velocity of all jumps but the ends of T, and of those as well if they are not more than ε apart as
-//! seen from the origin. It is continuous where one segment is seen, and what is left where another is, which is at vertices that are
-//! seen, depends on the limits of V on both sides. At a vertex that two segments share which are both wider than ε, and which is no
-//! silhouette, nothing is left.
+//! Softened, V falls short of the velocity of all discontinuities except the ends of T, and of those as well
+//! if they are at most ε apart as seen from the origin. It is continuous where one segment is visible; the
+//! residual at visible vertices depends on the limits of V on both sides. There is no residual at a vertex
+//! that is not a silhouette and is shared by two segments that are both wider than ε.
 //!
-//! The ends of the segment that the origin lies on are left out: they are on its horizon, where nothing is scattered.
+//! The ends of the segment that contains the origin are excluded: they are on its horizon, where nothing is
+//! scattered.
 
 use glam::DVec2;
 
@@ -21,16 +22,16 @@ use crate::plane::{MaterialPoint, orient};
 use crate::transport::{Camera, Hit, Origin, Shape, World, subtended};
 use crate::warp::{Jump, JumpMean};
 
-/// A mean over the jumps near by, exact or softened.
+/// A mean over nearby discontinuities, exact or softened.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Near {
-    /// With its reach in the unit of the domain.
+    /// The mean, with its reach in the unit of the domain.
     pub(super) mean: JumpMean,
     /// ε, in the same unit.
     pub(super) softness: f64,
 }
 
-/// S(u), as numbers of vertices with their places, and whether they are ends of what is seen.
+/// S(u), as vertex indices with their positions, and whether they are ends of the visible segment.
 fn jumps<'a>(
     world: &'a World,
     origin: Origin,
@@ -53,8 +54,8 @@ fn jumps<'a>(
     })
 }
 
-/// Whether a shape ends at its point i, or turns back there as seen from x: whether its neighbours are not on different
-/// sides of it.
+/// Whether a shape ends at its point i, or turns back there as seen from x: whether its neighbours are not on
+/// different sides of it.
 fn is_silhouette(shape: &Shape, i: usize, x: DVec2) -> bool {
     let points = shape.points();
     let last = points.len() - 1;
@@ -65,7 +66,7 @@ fn is_silhouette(shape: &Shape, i: usize, x: DVec2) -> bool {
     is_turn(x, points[i], [before, after].map(|k| points[k]))
 }
 
-/// Whether a shape turns back at p, between two others of its points, as seen from x.
+/// Whether a shape turns back at p, between two adjacent points, as seen from x.
 fn is_turn(x: DVec2, p: DVec2, beside: [DVec2; 2]) -> bool {
     let [a, b] = beside.map(|q| orient(x, p, q));
     !(a < 0.0 && b > 0.0 || a > 0.0 && b < 0.0)
@@ -84,18 +85,19 @@ pub(crate) fn is_silhouette_from(world: &World, vertex: usize, x: DVec2) -> bool
 }
 
 impl Near {
-    /// Whether the ends of a segment are followed exactly where it is seen: if it is wider than ε.
+    /// Whether the ends of a segment are followed exactly where it is visible: if it is wider than ε.
     pub(super) fn follows_ends_around(&self, world: &World, origin: Origin, segment: usize) -> bool {
         subtended(world, segment, origin.point) > self.softness
     }
 
-    /// The same on the film; behind the camera nothing ends.
+    /// [`follows_ends_around`](Self::follows_ends_around) on the film; true for a segment with an end behind
+    /// the camera.
     pub(super) fn follows_ends_on_film(&self, world: &World, camera: &Camera, segment: usize) -> bool {
         let [a, b] = world.segments()[segment].ends().map(|end| camera.project(end));
         a.zip(b).map_or(f64::INFINITY, |(a, b)| (a - b).abs()) > self.softness
     }
 
-    /// Over the directions around `origin`, at one in which it is known what is seen.
+    /// The field over the directions around `origin`, at a direction with a known hit.
     pub(super) fn around(
         &self,
         world: &World,
@@ -119,7 +121,7 @@ impl Near {
         field
     }
 
-    /// On the film, at a coordinate at which it is known what is seen.
+    /// The field on the film, at a coordinate with a known hit.
     pub(super) fn on_film(&self, world: &World, camera: &Camera, u: f64, seen: Option<&Hit>) -> FieldForm {
         let mut field = FieldForm::default();
         let follows = seen.is_some_and(|hit| self.follows_ends_on_film(world, camera, hit.segment));

@@ -1,4 +1,4 @@
-//! Fields over a small world, against differences and by their definition.
+//! Tests of the fields on a small world, against differences and against their definition.
 
 use std::f64::consts::PI;
 
@@ -60,7 +60,7 @@ fn divergences_are_slopes() {
 
 #[test]
 fn the_direct_field_is_the_velocity_of_what_is_seen() {
-    // Followed by a displaced camera, the point seen at u is seen at u + V θ.
+    // Under the followed motion of a displaced camera, the point seen at u is seen at u + V θ.
     let (world, camera, change) = world();
     for u in [0.7, 2.9, 4.9] {
         let hit = world.trace(Origin::free(camera.position), camera.direction(u)).expect("a hit");
@@ -74,7 +74,7 @@ fn the_direct_field_is_the_velocity_of_what_is_seen() {
     }
 }
 
-/// E ∇·V of the followed motion is the slope of E V: the kernel's own slope is all there is.
+/// E ∇·V of the followed motion is the slope of E V: only the kernel itself contributes a slope.
 #[test]
 fn a_followed_motion_has_the_slope_of_its_mean() {
     let construction = Construction::Followed { candidates: 2 };
@@ -129,7 +129,7 @@ fn crowded() -> World {
     World::new(0.3, shapes).expect("a world")
 }
 
-/// What a scan found: jumps met, the largest |V⁺ − V⁻|, and the largest |V − v|.
+/// Result of a scan: the number of discontinuities met, the largest |V⁺ − V⁻|, and the largest |V − v|.
 #[derive(Default)]
 struct Found {
     met: usize,
@@ -137,8 +137,8 @@ struct Found {
     miss: f64,
 }
 
-/// Steps over a domain until another segment is seen, and halves the step down to rounding. `velocity` is that of the
-/// vertex nearest to a place.
+/// Steps over a domain until another segment is visible, and bisects the step down to rounding. `velocity` is
+/// that of the vertex nearest to a point.
 fn scan(
     found: &mut Found,
     [from, to]: [f64; 2],
@@ -165,7 +165,7 @@ fn scan(
     }
 }
 
-/// Over the film, and around a point in the open and points of segments.
+/// Scans of the film, and around a free point and points of segments.
 fn scan_all(construction: Construction) -> Found {
     let world = crowded();
     let mut rng = stream(6, &[]);
@@ -199,7 +199,7 @@ fn scan_all(construction: Construction) -> Found {
         |segment: usize, s: f64| Origin { point: world.segments()[segment].at(s), segment: Some(segment) };
     for origin in [free, on(3, 0.4), on(7, 0.5), on(12, 0.7), on(24, 0.3), on(30, 0.2), on(33, 0.5)] {
         let own = origin.segment.map(|i| world.segments()[i]);
-        // Half a circle of directions over a segment, all but its horizon.
+        // The half circle of directions over a segment, short of its horizon.
         let span = own.map_or([-3.0, 3.0], |s| [1e-3, PI - 1e-3].map(|angle| angle + s.edge.to_angle()));
         scan(
             &mut found,
@@ -223,7 +223,7 @@ fn scan_all(construction: Construction) -> Found {
     found
 }
 
-/// The two rules of a warp field: at every jump V is the same from both sides, and the velocity of the jump.
+/// The two conditions on a warp field: at every discontinuity V is continuous and equals its velocity.
 #[test]
 fn the_mean_over_jumps_keeps_both_rules_at_every_jump() {
     let [mean, direct] = [MEAN, Construction::Direct].map(scan_all);
@@ -235,8 +235,8 @@ fn the_mean_over_jumps_keeps_both_rules_at_every_jump() {
     assert!(direct.jump > 0.05 && gaussian.miss > 0.05);
 }
 
-/// Around points from which segments are seen along their length, and past vertices that are next to one another, ∇·V of the exact
-/// mean has no bound; that of the softened one has, in units of the largest angular velocity and of ε.
+/// Around points from which segments are seen end-on, and past neighbouring vertices, ∇·V of the exact mean
+/// is unbounded; that of the softened mean is bounded, in units of the largest angular velocity over ε.
 #[test]
 fn softened_divergences_are_bounded() {
     let world = crowded();
@@ -246,7 +246,7 @@ fn softened_divergences_are_bounded() {
     let kappa = 20.0_f64;
     let (mut bounds, mut exact) = ([0.0_f64; 3], 0.0_f64);
     for i in 0..200 {
-        // Half of them but for 10⁻⁹ on the line of a segment.
+        // Every other origin lies within 10⁻⁹ of the line of a segment.
         let segment = world.segments()[i % world.segments().len()];
         let along = segment.end + 1.5 * any().x.abs() * segment.edge;
         let origin = Origin::free(if i % 2 == 0 { 3.0 * any() } else { along + 1e-9 * any() });
@@ -269,6 +269,6 @@ fn softened_divergences_are_bounded() {
         }
     }
     println!("ε |∇·V| is at most {bounds:.2?}, and |∇·V| of the exact mean {exact:.1e}");
-    // It grows with the number of jumps within ε, over which an exact one must prevail beside it.
+    // The bound grows with the number of discontinuities within ε, over which one met exactly must prevail.
     assert!(bounds.into_iter().all(|bound| bound < 5.0) && exact > 1e6, "{bounds:?} {exact:e}");
 }

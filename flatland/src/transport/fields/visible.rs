@@ -1,10 +1,10 @@
-//! The jumps that are seen, all of which are searched for.
+//! Visible discontinuities, found by exhaustive search.
 
 use glam::DVec2;
 
 use crate::transport::{Camera, CameraTangent, Origin, World};
 
-/// A jump that is seen: where on the domain, the vertex that moves it, and its rate.
+/// A visible discontinuity: its position in the domain, the vertex that moves it, and its rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Jump {
     pub(crate) at: f64,
@@ -13,7 +13,7 @@ pub(crate) struct Jump {
     pub(crate) camera: CameraTangent,
 }
 
-/// All vertices visible from a point, by angle. The ends of its own segment are not: they lie on the
+/// All vertices visible from a point, by angle. The ends of its own segment are excluded: they lie on the
 /// horizon.
 pub(crate) fn jumps_around(world: &World, origin: Origin) -> Vec<Jump> {
     let own = origin.segment.map(|s| world.segments()[s].vertices);
@@ -31,7 +31,7 @@ pub(crate) fn jumps_around(world: &World, origin: Origin) -> Vec<Jump> {
     jumps
 }
 
-/// All vertices that the camera sees, by film coordinate, on the film and beside it.
+/// All vertices visible to the camera, by film coordinate, on the film and outside it.
 pub(crate) fn jumps_on_film(world: &World, camera: &Camera) -> Vec<Jump> {
     let origin = Origin::free(camera.position);
     let visible = |&(v, p): &(usize, DVec2)| is_visible(world, origin, v, p);
@@ -45,7 +45,7 @@ pub(crate) fn jumps_on_film(world: &World, camera: &Camera) -> Vec<Jump> {
     jumps
 }
 
-/// Whether nothing lies between a point and a vertex, which is then an end of what is seen there.
+/// Whether nothing lies between a point and a vertex.
 pub(crate) fn is_visible(world: &World, origin: Origin, vertex: usize, at: DVec2) -> bool {
     let d = at - origin.point;
     let distance = d.length();
@@ -55,8 +55,8 @@ pub(crate) fn is_visible(world: &World, origin: Origin, vertex: usize, at: DVec2
             .is_none_or(|h| h.distance >= distance || world.segments()[h.segment].vertices.contains(&vertex))
 }
 
-/// Linear interpolation between jumps in order, periodic or constant beyond the last. Calls `add` with
-/// a jump, its weight and the weight's slope.
+/// Linear interpolation between ordered discontinuities, periodic or constant beyond the last. Calls `add`
+/// with a discontinuity, its weight and the weight's slope.
 pub(super) fn interpolate(
     jumps: &[Jump],
     at: f64,

@@ -1,6 +1,6 @@
-//! What a world may be refused for.
+//! Errors of worlds.
 
-/// A world that cannot be rendered.
+/// Reason for rejecting a world.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum WorldError {
@@ -9,7 +9,7 @@ pub enum WorldError {
     TooFewPoints {
         /// The shape.
         shape: usize,
-        /// How many points it has.
+        /// Number of its points.
         found: usize,
     },
     /// A point that is NaN or infinite.
@@ -28,16 +28,16 @@ pub enum WorldError {
         /// The segment.
         segment: usize,
     },
-    /// Two segments cross or touch, other than consecutive segments of a shape at their common
-    /// point. What is seen at such a place has no derivative when they part.
+    /// Two segments cross or touch, other than consecutive segments of a shape at their common point.
+    /// Visibility at such a place has no derivative when they separate.
     #[error(
         "segment {} of shape {} meets segment {} of shape {}: they may share no point but that of consecutive segments",
         first[1], first[0], second[1], second[0]
     )]
     Meet {
-        /// Shape and segment.
+        /// Indices of shape and segment.
         first: [usize; 2],
-        /// Shape and segment.
+        /// Indices of shape and segment.
         second: [usize; 2],
     },
     /// A material with a parameter out of range.
@@ -45,7 +45,7 @@ pub enum WorldError {
     Material {
         /// The shape.
         shape: usize,
-        /// What is wrong.
+        /// The violation.
         what: &'static str,
     },
     /// The environment's radiance is negative or not finite.

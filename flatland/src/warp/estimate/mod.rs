@@ -1,4 +1,4 @@
-//! The estimate of (V, ∇·V) from auxiliary points.
+//! Estimation of (V, ∇·V) from auxiliary points.
 
 #[cfg(test)]
 mod tests;
@@ -13,24 +13,25 @@ use super::domain::{Domain, Draw, Vector};
 use super::parameters::{Warp, Weighting};
 use super::stencil::{Stencil, Term};
 
-/// Auxiliary points around u that are yet to be traced.
+/// Auxiliary points around u, before tracing.
 #[derive(Clone, Debug)]
 pub struct Bundle<D: Domain> {
     point: D::Vector,
     plan: Plan,
     draws: Vec<Draw<D::Vector>>,
-    /// How many of them were drawn last.
+    /// Number of points drawn last.
     fresh: usize,
     demand: Option<Demand>,
 }
 
 impl<D: Domain> Bundle<D> {
-    /// The points, in the order in which their hits are asked for.
+    /// The points, in the order in which their hits are expected.
     pub fn points(&self) -> impl ExactSizeIterator<Item = D::Vector> + '_ {
         self.draws.iter().map(|draw| draw.point)
     }
 
-    /// So many batches, as if nothing had been asked of the first: what the tests of adaptive rays must reject.
+    /// A fixed number of batches, independent of the first one: a negative control for tests of adaptive
+    /// rays.
     #[cfg(test)]
     pub(super) fn unasked(self, batches: usize) -> Self {
         let plan = Plan { batches, ..self.plan };
@@ -39,10 +40,10 @@ impl<D: Domain> Bundle<D> {
 }
 
 impl Warp {
-    /// Draws auxiliary points around u and turns them into the coefficients of (V, ∇·V).
+    /// Draws auxiliary points around u and computes the coefficients of (V, ∇·V).
     ///
-    /// `trace` returns what is hit at a point and its distance to the nearest jump as seen from
-    /// there; a miss has infinite distance and velocity 0.
+    /// `trace` returns the hit at a point and its distance to the nearest discontinuity as seen from there; a
+    /// miss has infinite distance and velocity 0.
     pub fn stencil<D: Domain, H>(
         &self,
         u: D::Vector,
@@ -76,11 +77,11 @@ impl Warp {
         Bundle { point: u, plan, fresh: draws.len(), draws, demand }
     }
 
-    /// Hands over how far each of the points drawn last is from a boundary, and draws more points if these ask for
-    /// it. Must be called, until it returns false, before [`stencil_of`](Self::stencil_of).
+    /// Takes the distance of each of the points drawn last to a boundary, and draws more points if these
+    /// request it. Must be called, until it returns false, before [`stencil_of`](Self::stencil_of).
     ///
-    /// The distances may be other than those of B, as long as they depend on the points of one block only: infinite for
-    /// boundaries that nothing moves at, of which no more need be known.
+    /// The distances may differ from those of B, as long as they depend only on the points of one block: for
+    /// example infinite for static boundaries, at which no more rays are needed.
     ///
     /// # Panics
     /// If there is not one distance for every new point.
@@ -110,10 +111,10 @@ impl Warp {
         true
     }
 
-    /// Turns a traced bundle into the coefficients of (V, ∇·V): [`stencil`](Self::stencil) in two steps.
+    /// Computes the coefficients of (V, ∇·V) from a traced bundle: [`stencil`](Self::stencil) in two steps.
     ///
     /// # Panics
-    /// If there is not one hit, with its distance to the nearest jump, for every draw.
+    /// If there is not one hit, with its distance to the nearest discontinuity, for every draw.
     #[must_use]
     pub fn stencil_of<D: Domain, H>(
         &self,

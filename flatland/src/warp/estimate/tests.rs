@@ -4,8 +4,8 @@ use super::*;
 use crate::random::{open01, stream};
 use crate::warp::{BoundaryFunction, Circle, Debias, LinearField as _, Plane, WarpError, assert_transposed};
 
-/// A strip of moving material seen from a fixed direction: velocity v inside x < 0, still
-/// background elsewhere.
+/// A strip of moving material seen from a fixed direction: velocity v inside, at x < 0, and static background
+/// elsewhere.
 fn strip(point: DVec2) -> (DVec2, f64) {
     if point.x < 0.0 { (DVec2::new(1.0, 0.5), -point.x) } else { (DVec2::ZERO, f64::INFINITY) }
 }
@@ -28,7 +28,7 @@ fn the_divergence_is_that_of_the_field() {
         let boundary = |p: DVec2| (p.x * 0.7).abs();
         let warp = warp(Debias::Consistent { rays: 10 });
         let stencil = warp.stencil::<D, _>(u, kappa, &mut stream(1, &[]), |p| (p, boundary(p)));
-        // The same draws once more, for their densities.
+        // The same draws repeated, for their densities.
         let mut draws = vec![];
         warp.points.draw::<D>(u, kappa, warp.radial_exponent, 10, &mut stream(1, &[]), &mut draws);
         let value = |at: DVec2| {
@@ -37,7 +37,7 @@ fn the_divergence_is_that_of_the_field() {
             for draw in &draws {
                 let p = draw.point;
                 let b = (scale * boundary(p)).powi(2).min(1.0);
-                // w at the new place over the density at the old one.
+                // w at the new position over the density at the old one.
                 let w = (exponent(at, p).exp_m1() + b).powf(-1.5) / draw.log_density.exp();
                 z += w;
                 a += w * velocity(p);
@@ -97,7 +97,7 @@ fn a_common_velocity_is_kept_and_has_no_divergence() {
 
 #[test]
 fn the_field_reaches_the_boundary_velocity_as_rays_grow() {
-    // On the strip's edge V·ν must become 1; at equality of γ and its bound only slowly.
+    // On the strip's edge V·ν must become 1; where γ equals its bound, only slowly.
     let value = |rays, gamma| {
         let boundary = BoundaryFunction::KernelScaled { scale: 0.6 };
         let weighting = Weighting::BoundaryAware { gamma, boundary };

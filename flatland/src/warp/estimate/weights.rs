@@ -1,4 +1,4 @@
-//! The quotient of weighted sums, in logarithms.
+//! Quotients of weighted sums, with logarithmic weights.
 
 use crate::warp::domain::Vector;
 use crate::warp::stencil::Term;
@@ -9,7 +9,7 @@ pub(super) struct LogWeight<V> {
     pub(super) gradient: V,
 }
 
-/// The weights of all points, relative to the largest.
+/// Weights of all points, relative to the largest.
 pub(super) struct Weights<V> {
     logs: Vec<LogWeight<V>>,
     relative: Vec<f64>,
@@ -21,8 +21,7 @@ impl<V: Vector> Weights<V> {
         Self { logs, relative }
     }
 
-    /// Adds `coefficient` times the quotient estimate from a subset of the points: ω_i and
-    /// ω_i (ℓ_i − ℓ̄).
+    /// Adds `coefficient` times the quotient estimate from a subset of the points: ω_i and ω_i (ℓ_i − ℓ̄).
     pub(super) fn accumulate<H>(
         &self,
         subset: impl Iterator<Item = usize> + Clone,
@@ -31,7 +30,7 @@ impl<V: Vector> Weights<V> {
     ) {
         let sum: f64 = subset.clone().map(|i| self.relative[i]).sum();
         if sum < f64::MIN_POSITIVE / f64::EPSILON {
-            // The subset is so far below the largest that its weights underflow: start anew.
+            // If the subset is so far below the largest that its weights underflow, they are recomputed.
             let indices: Vec<usize> = subset.collect();
             let weights = relative(&self.logs, indices.iter().copied());
             self.add(indices.into_iter().zip(weights), coefficient, terms);
@@ -61,7 +60,7 @@ impl<V: Vector> Weights<V> {
     }
 }
 
-/// The weights of some points, relative to the largest of these.
+/// Weights of some points, relative to the largest of these.
 fn relative<V>(logs: &[LogWeight<V>], indices: impl Iterator<Item = usize> + Clone) -> Vec<f64> {
     let largest = indices.clone().map(|i| logs[i].weight).fold(f64::NEG_INFINITY, f64::max);
     indices.map(|i| (logs[i].weight - largest).exp()).collect()

@@ -1,7 +1,9 @@
-//! The warp field V and its divergence from the jumps themselves, exactly.
+//! Mean over discontinuities: the warp field V and its divergence from the discontinuities themselves, in
+//! closed form.
 //!
-//! Where the jumps around a point u are known (the edges of polygons, the ends of segments, the silhouettes of meshes)
-//! no auxiliary points are needed. With b the points of the jumps within the reach R of u and ḃ their velocities,
+//! If the discontinuities around a point u are known (the edges of polygons, the ends of segments, the
+//! silhouettes of meshes) no auxiliary points are needed. With b the points of the discontinuities within the
+//! reach R of u and ḃ their velocities,
 //!
 //! ```text
 //! V(u) = ∫ ḃ K(u, b) db / (∫ K(u, b) db + c₀),
@@ -10,56 +12,58 @@
 //! n = 2:  K = (2/s² − 2/R²)₊,      c₀ = 2π/R,   db is arc length
 //! ```
 //!
-//! K has no bound at a jump, so that V is its velocity there; K is 0 beyond R, and so is V. These are inverse
-//! distance weights (Shepard 1968), integrated along curves: cutting an edge in two changes nothing. Over
-//! straight segments both integrals and their gradients are elementary, so that V and ∇·V are exact: nothing
-//! is random, and nothing is left to be debiased.
+//! K diverges at a discontinuity, so that V is its velocity there; K is 0 beyond R, and so is V. These are
+//! inverse distance weights (Shepard 1968), integrated along curves: splitting an edge changes nothing. Over
+//! straight segments both integrals and their gradients are elementary, so that V and ∇·V are exact: neither
+//! random numbers nor debiasing are involved.
 //!
-//! # What continuity asks
+//! # Conditions for continuity
 //!
-//! *Lemma (Theory 5).* Let the domain be cut into open sets by jumps C, and let S(u), the jumps that are used
-//! at u, be the same throughout a set. If every C is in S on both of its sides, and no other jump of S on
-//! either side has another normal velocity and lies on C along a part of it, then V·ν = v·ν on both sides of
-//! every C, and V is continuous in every set; for n = 2 both up to single points.
+//! *Lemma (Theory 5).* Let the domain be cut into open sets by discontinuities C, and let S(u), the
+//! discontinuities that are used at u, be constant in each set. If every C is in S on both of its sides, and
+//! no other discontinuity of S on either side has another normal velocity and lies on C along a part of it,
+//! then V·ν = v·ν on both sides of every C, and V is continuous in every set; for n = 2 both except at single
+//! points.
 //!
-//! Jumps that something else hides may be in S, on both sides or on one: where they are alone on one side
-//! only of C, C outweighs them. They bend V where nothing jumps, which costs some variance and makes no bias.
-//! Where a jump of *another* velocity coincides with C and is seen when they part, the integral has two
-//! one-sided derivatives and no other.
+//! Hidden discontinuities may be in S, on both sides or on one: if they are present on one side of C only, C
+//! outweighs them. They bend V where nothing is discontinuous, which costs some variance but no bias. If a
+//! discontinuity of *another* velocity coincides with C and is visible when they separate, the integral has
+//! only two one-sided derivatives.
 //!
 //! # Softened
 //!
-//! Where jumps of different velocities cross, or run a gap g apart, ∇·V ~ |Δv|/s between them, and ∫ (∇·V)²
-//! has no bound: the price of following both. A jump may be followed in part instead (Theory 6). With a
-//! softness ε
+//! Where discontinuities of different velocities cross, or run a gap g apart, ∇·V ~ |Δv|/s between them, and
+//! ∫ (∇·V)² is unbounded: the price of following both. A discontinuity may instead be followed in part
+//! (Theory 6). With a softness ε
 //!
 //! ```text
 //! n = 1:  K = (1/√(s² + ε²) − 1/R)₊
 //! n = 2:  K = (2/(s² + ε²) − 2/R²)₊
 //! ```
 //!
-//! ∫ K is bounded, by 1/ε and 2π/ε, and so is ∇·V, by a constant times |v|/ε. On the jump V falls short of v, and what is
-//! missing is left to the boundary: the [residual theorem](crate::boundary), for the limits of V on both sides,
+//! ∫ K is bounded, by 1/ε and 2π/ε, and so is ∇·V, by a constant times |v|/ε. On the discontinuity V falls
+//! short of v, and the remainder is a boundary term: the [residual theorem](crate::boundary), with the limits
+//! of V on both sides,
 //!
 //! ```text
 //! Σ ∮ [f⁻ (v − V⁻) − f⁺ (v − V⁺)]·ν dl,
 //! ```
 //!
-//! f including whatever was subtracted from it as a control variate. ε = 0 is the exact field, which leaves
-//! nothing; as ε grows beyond R the field vanishes: edge sampling. A shape that is seen follows *its own*
-//! border exactly, so that the residual is one-sided: V⁻ = v on the side of the shape that ends. In flat
-//! worlds that is so for segments that are seen wider than ε; where one is seen from near its own line, its
-//! two ends are a gap as well, and are softened.
+//! where f includes the control variate. ε = 0 is the exact field, without residual; as ε grows beyond R the
+//! field vanishes: edge sampling. A visible shape follows *its own* border exactly, so that the residual is
+//! one-sided: V⁻ = v on the side of the shape that ends. In flat worlds that applies to segments that appear
+//! wider than ε; for one seen from near its own line, its two ends are also a gap, and are softened.
 //!
-//! # Which reach
+//! # Choice of the reach
 //!
-//! Any R > 0 that is the same for the whole integral gives the same mean. V falls from v to 0 over R, so that
-//! |∇·V| ~ |v|/R: a small R takes few edges into each sum and is steep, a large one is smooth but mixes jumps of
-//! different velocities, between which ∇·V ~ |Δv|/gap whatever R. In between the variance hardly depends on it. In the
-//! plane, on a film of tent pixels, it is least at 0.6 pixels, and 0.3 to 8 are within a quarter of that, at a time that
-//! grows with the edges within reach. In flat worlds it is least at 1.2 pixels on the film, and over directions at about
-//! four times the width of the lobe or light that is integrated over, and within half again of that for half and twice as
-//! much. In space a smaller reach is better over directions: see `volume3d::gradient::Field`.
+//! Any R > 0 that is constant over the integral gives the same mean. V falls from v to 0 over R, so that
+//! |∇·V| ~ |v|/R: a small R includes few edges in each sum but is steep; a large one is smooth but mixes
+//! discontinuities of different velocities, between which ∇·V ~ |Δv|/gap whatever R. In between the variance
+//! hardly depends on it. In the plane, on a film of tent-filtered pixels, it is least at 0.6 pixels, and
+//! within a quarter of that from 0.3 to 8, at a cost that grows with the edges within reach. In flat worlds
+//! it is least at 1.2 pixels on the film, and over directions at about four times the width of the lobe or
+//! light that is integrated over; half and twice as much increase it by up to a half. In space a smaller
+//! reach is better over directions: see `volume3d::gradient::Field`.
 
 mod segment;
 #[cfg(test)]
@@ -73,29 +77,29 @@ use super::domain::{Domain, Line, Plane, Vector};
 use super::parameters::WarpError;
 use super::stencil::{Stencil, Term};
 
-/// The mean of the velocities of the jumps within reach.
+/// Weighted mean of the velocities of the discontinuities within reach.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JumpMean {
-    /// R, in the unit of the domain: jumps farther away do not count.
+    /// R, in the unit of the domain: discontinuities farther away are ignored.
     pub reach: f64,
 }
 
-/// A jump nearer than this part of the reach is taken to be as far: u is known no better. V is continuous there, and
-/// ∇·V then has an error of its own size.
+/// Least distance of a discontinuity, relative to the reach: u has no higher precision. V is continuous
+/// there, and ∇·V then has an error of its own size.
 const NEAREST: f64 = 1e-16;
 
-/// A jump near a point, and how it is followed.
+/// A discontinuity near a point, and its softness.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Jump<P, H> {
-    /// Where it is: the offset b − u of a point of the line, or the ends of a segment of the plane.
+    /// Position: the offset b − u of a point of the line, or the ends of a segment of the plane.
     pub place: P,
-    /// What moves it: one thing that moves a point, one for each end of a segment.
+    /// Sources of its motion: one for a point, one for each end of a segment.
     pub moved_by: H,
-    /// ε, in the unit of the domain: 0 where V is the jump's velocity on it.
+    /// ε, in the unit of the domain: 0 if V equals the discontinuity's velocity on it.
     pub softness: f64,
 }
 
-/// ∫ K, or a part of it that goes with one velocity, and its gradient by u; lengths in units of the reach.
+/// ∫ K, or the part of it that multiplies one velocity, and its gradient by u; lengths in units of the reach.
 #[derive(Clone, Copy, Debug)]
 struct Share<V> {
     value: f64,
@@ -103,7 +107,7 @@ struct Share<V> {
 }
 
 impl JumpMean {
-    /// Checks the reach once, so that nothing else need.
+    /// Checks the reach once, so that no other call need.
     ///
     /// # Errors
     /// [`WarpError::Reach`] if it is not positive and finite.
@@ -112,13 +116,13 @@ impl JumpMean {
         if good { Ok(()) } else { Err(WarpError::Reach { reach: self.reach }) }
     }
 
-    /// The coefficients of (V, ∇·V) at a point of the line, or of the circle by its angle: from every jump by its
-    /// offset b − u and by what moves it. Those out of reach have no part.
+    /// Coefficients of (V, ∇·V) at a point of the line, or of the circle by its angle, given the offset b − u
+    /// and the source of every discontinuity. Those out of reach are ignored.
     pub fn of_points<H>(&self, jumps: impl IntoIterator<Item = Jump<f64, H>>) -> Stencil<Line, H> {
         let share = |offset: f64, softness: f64| {
             let [along, softness] = [offset, softness].map(|x| x / self.reach);
             let s = along.hypot(softness);
-            // What is not a number is out of reach.
+            // NaN counts as out of reach.
             (s < 1.0).then(|| {
                 let s = s.max(NEAREST);
                 let slope = if softness > 0.0 { along / s } else { along.signum() };
@@ -130,8 +134,8 @@ impl JumpMean {
         self.mean(0.0, 1.0, shares.collect())
     }
 
-    /// The coefficients of (V, ∇·V) at a point of the plane: from every straight jump by its ends and by what moves
-    /// these. In between, velocities are linear. Those out of reach have no part.
+    /// Coefficients of (V, ∇·V) at a point of the plane, given the ends and their sources for every straight
+    /// discontinuity. In between, velocities are linear. Those out of reach are ignored.
     pub fn of_segments<H>(
         &self,
         u: DVec2,

@@ -1,26 +1,26 @@
-//! One straight jump in the plane: ∫ K and its parts by the velocities of both ends, in closed form.
+//! A straight discontinuity in the plane: ∫ K and its parts by the velocities of both ends, in closed form.
 
 use glam::DVec2;
 
 use super::{NEAREST, Share};
 
-/// The shares of both ends of the segment from a to b with softness ε, relative to u and in units of the reach; `None` if no
-/// point of it is within reach.
+/// Parts of both ends of the segment from a to b with softness ε, relative to u and in units of the reach;
+/// `None` if no point of it is within reach.
 ///
-/// With x along the segment from the foot of u, s² = d² + ε² for the distance d from its line, and ρ² = s² + x², everything is
-/// elementary:
+/// With x along the segment from the foot of u, s² = d² + ε² for the distance d from its line, and
+/// ρ² = s² + x², all integrals are elementary:
 ///
 /// ```text
 /// ∫ dx/ρ² = T/s,  T = Δ atan(x/s),      ∫ x dx/ρ² = ½ Δ ln ρ²,
 /// ∫ x dx/ρ⁴ = −½ Δ 1/ρ²,   ∫ x² dx/ρ⁴ = ½ (T/s − Δ x/ρ²),   ∫ dx/ρ⁴ = (T/s + Δ x/ρ²)/(2s²),
 /// ```
 ///
-/// where Δ is the difference between the ends of what is within reach. K is 0 where the reach cuts the segment, so that
-/// the cuts add nothing to the gradient.
+/// where Δ is the difference between the ends of the part within reach. K is 0 where the reach cuts the
+/// segment, so that the cuts add nothing to the gradient.
 pub(super) fn shares([a, b]: [DVec2; 2], softness: f64) -> Option<[Share<DVec2>; 2]> {
     let edge = b - a;
     let length = edge.length();
-    // A segment without length has no part, nor has one that is not a number.
+    // A segment of zero or NaN length has no part.
     if length.is_nan() || length <= 0.0 {
         return None;
     }
@@ -40,7 +40,8 @@ pub(super) fn shares([a, b]: [DVec2; 2], softness: f64) -> Option<[Share<DVec2>;
         return None;
     }
     let i = Integrals::new(s, low, high);
-    // K = 2/ρ² − 2 and ∇K = 4 (b − u)/ρ⁴; u moves across the segment by its height, which is no less than s on an exact jump.
+    // K = 2/ρ² − 2 and ∇K = 4 (b − u)/ρ⁴; u moves across the segment by its height, which is at least s on an
+    // exact discontinuity.
     let rise = if softness > 0.0 { height } else { s.copysign(height) };
     let [whole, moment] =
         [2.0 * (i.inverse_square - (high - low)), 2.0 * i.logarithm - (high - low) * (high + low)];
@@ -74,7 +75,7 @@ impl Integrals {
         // Differences of 1/ρ² and x/ρ², without cancellation.
         let steep = -between * sum / (near * far);
         let slope = between * (squared - low * high) / (near * far);
-        // From the smaller ρ, or the difference of logarithms might be that of 0.
+        // From the smaller ρ; otherwise the difference of logarithms might be that of 0.
         let rise = if sum > 0.0 { between * sum / near } else { -between * sum / far };
         let nearest = if low * high > 0.0 { low.abs().min(high.abs()) } else { 0.0 };
         let one4 = if squared > SERIES * nearest * nearest {
@@ -92,8 +93,8 @@ impl Integrals {
     }
 }
 
-/// ∫ dx/ρ⁴ where u is nearly on the segment's line but far along it: the closed form loses digits as s²/x² there, the
-/// series in it does not.
+/// ∫ dx/ρ⁴ if u is nearly on the segment's line but far along it: the closed form loses digits as s²/x²
+/// there, the series in it does not.
 fn end_on(squared: f64, low: f64, high: f64) -> f64 {
     let antiderivative = |x: f64| {
         let ratio = squared / (x * x);
@@ -108,7 +109,7 @@ fn end_on(squared: f64, low: f64, high: f64) -> f64 {
     antiderivative(high) - antiderivative(low)
 }
 
-/// Where the series takes over: the closed form has lost three digits of sixteen there.
+/// s²/x² below which the series is used: the closed form has lost three of sixteen digits there.
 pub(super) const SERIES: f64 = 1e-3;
 /// Terms of the series: (10⁻³)⁶ is below rounding.
 const TERMS: usize = 6;

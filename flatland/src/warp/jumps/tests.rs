@@ -1,4 +1,5 @@
-//! Closed forms against quadrature and differences, at all scales and in all degenerate places.
+//! Tests of the closed forms against quadrature and differences, at all scales and in all degenerate
+//! positions.
 
 use glam::DVec2;
 
@@ -88,7 +89,7 @@ fn divergences_are_those_of_differences_at_all_scales() {
             let at = |d: DVec2| softened(u + h * d, &segments, sizes).value;
             let slopes = [DVec2::X, DVec2::Y].map(|e| (at(e) - at(-e)).dot(e) / (2.0 * h));
             let found = softened(u, &segments, sizes).divergence;
-            // Where an edge comes near, third derivatives are large: the field must be resolved by h.
+            // Third derivatives are large near an edge: h must resolve the field.
             let size = scale * found.abs() + 1.0;
             worst = worst.max(scale * (found - slopes[0] - slopes[1]).abs() / (size * size * size));
         }
@@ -97,7 +98,8 @@ fn divergences_are_those_of_differences_at_all_scales() {
     assert!(worst < 1e-7, "{worst:e}");
 }
 
-/// Beside a segment, on it, on its line beyond an end, and at the end: finite, and right where it has a limit.
+/// Degenerate positions: next to a segment, on it, on its line beyond an end, and at the end. Values are
+/// finite, and correct where a limit exists.
 #[test]
 fn degenerate_places_are_exact() {
     let segment = [([DVec2::ZERO, DVec2::X], [DVec2::new(0.3, 1.0), DVec2::new(-0.7, 2.0)])];
@@ -109,7 +111,7 @@ fn degenerate_places_are_exact() {
             assert!(f.divergence.is_finite(), "{t} {height}: {f:?}");
         }
     }
-    // End-on, the limit of what is beside.
+    // Seen end-on, the limit of the values next to the line.
     for x in [1.0 + 1e-3, 1.1, 1.39, -0.2] {
         let [on, beside] = [0.0, 1e-7].map(|y| of(DVec2::new(x, y), &segment, 0.4));
         let scale = 1.0 + beside.divergence.abs();
@@ -124,7 +126,8 @@ fn degenerate_places_are_exact() {
     assert!(end.value.is_finite() && end.divergence.is_finite());
 }
 
-/// Far along the line of a segment the closed form and its series agree where they meet.
+/// On the line of a segment, far from it: the closed form and its series agree where the code switches
+/// between them.
 #[test]
 fn far_along_the_line_digits_are_kept() {
     let segment = [([DVec2::ZERO, DVec2::X], [DVec2::Y, DVec2::new(0.5, -1.0)])];
@@ -138,7 +141,7 @@ fn far_along_the_line_digits_are_kept() {
     assert!((below - above).abs() < 1e-8 * above.abs(), "{below} {above}");
 }
 
-/// ∇·V stays what it is as u comes near an edge, and is that edge's slope.
+/// ∇·V tends to that edge's slope as u approaches an edge, without loss of digits.
 #[test]
 fn the_divergence_does_not_lose_its_digits_near_an_edge() {
     let corners = [DVec2::new(1.0, 0.3), DVec2::new(-1.2, 0.8), DVec2::new(0.4, -2.0)];
@@ -180,8 +183,9 @@ fn softened_on_line(u: f64, points: &[(f64, f64)], [reach, softness]: [f64; 2]) 
     stencil.field(|v| *v)
 }
 
-/// Where jumps of different velocities cross, and in gaps between them, ∇·V of the exact mean has no bound: that of the softened one
-/// has, C |v|/ε with C from this scan, of 10⁵ places around a crossing and a gap of any width.
+/// Where discontinuities of different velocities cross, and in gaps between them, ∇·V of the exact mean is
+/// unbounded. That of the softened mean is bounded by C |v|/ε, with C from this scan of 10⁵ positions around
+/// a crossing and a gap of any width.
 #[test]
 fn softened_divergences_are_bounded() {
     let (mut rng, reach) = (stream(21, &[]), 1.2);

@@ -1,7 +1,8 @@
-//! The binary hierarchy by the surface area heuristic, split in bins.
+//! Binary hierarchy by the surface area heuristic with binning.
 //!
-//! Wald, *On fast Construction of SAH-based Bounding Volume Hierarchies* (2007). Halves are worked on in parallel, and
-//! every choice depends on the range of triangles alone, so the tree does not depend on the number of threads.
+//! Wald, *On fast Construction of SAH-based Bounding Volume Hierarchies* (2007). Halves are built in
+//! parallel, and every choice depends only on the range of triangles, so the tree does not depend on the
+//! number of threads.
 
 use std::ops::Range;
 
@@ -13,11 +14,11 @@ use crate::lanes::WIDTH;
 
 /// Bins of an axis.
 const BINS: usize = 16;
-/// Ranges above this size are binned by several threads; those below it are too quick to be shared.
+/// Size above which a range is binned by several threads.
 const SHARED: usize = 1 << 14;
-/// Depth below which ranges are halved by number, so that no input makes the tree deep.
+/// Depth below which ranges are halved by number, which bounds the depth for any input.
 const DEEPEST: usize = 64;
-/// Ranges of this size are not divided. Smaller ones would give leaves more choice, for more time.
+/// Ranges of this size are not divided. Smaller ones would give leaves more choice, at a higher cost.
 const SMALLEST: usize = 2;
 
 /// A box, in the frame.
@@ -34,14 +35,14 @@ impl Bounds {
         Self { lower: self.lower.min(other.lower), upper: self.upper.max(other.upper) }
     }
 
-    /// Half the surface, 0 if empty.
+    /// Half the surface area; 0 if empty.
     pub(super) fn area(self) -> f32 {
         let size = (self.upper - self.lower).max(Vec3A::ZERO);
         size.x * size.y + size.y * size.z + size.z * size.x
     }
 }
 
-/// A triangle's box.
+/// The bounding box of a triangle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reference {
     pub(super) bounds: Bounds,
@@ -55,7 +56,7 @@ impl Reference {
     }
 }
 
-/// A node of the binary hierarchy: a range of references and, unless it is small, its two halves.
+/// Node of the binary hierarchy: a range of references and, unless it is small, its two halves.
 pub(super) struct Binary {
     first: u32,
     count: u32,
@@ -64,17 +65,17 @@ pub(super) struct Binary {
 }
 
 impl Binary {
-    /// Places in the array of references.
+    /// Range in the array of references.
     pub(super) fn range(&self) -> Range<usize> {
         self.first as usize..(self.first + self.count) as usize
     }
 
-    /// Whether its triangles are one leaf.
+    /// Whether its triangles form one leaf.
     pub(super) fn is_leaf(&self) -> bool {
         self.plan.is_leaf()
     }
 
-    /// The children of a node of the wide hierarchy, at most eight.
+    /// Children of a node of the wide hierarchy, at most eight.
     pub(super) fn children(&self) -> Vec<&Self> {
         let mut children = Vec::with_capacity(WIDTH);
         self.gather(WIDTH, &mut children);
@@ -94,11 +95,11 @@ impl Binary {
     }
 }
 
-/// What a range of references covers.
+/// Bounds of a range of references.
 #[derive(Clone, Copy)]
 struct Extent {
     bounds: Bounds,
-    /// Of the centres.
+    /// Bounds of the centres.
     centres: Bounds,
 }
 
@@ -116,7 +117,7 @@ impl Extent {
     }
 }
 
-/// A fold over references, by several threads if there are many. `union` is exact and commutes, so that
+/// A fold over references, by several threads if there are many. `union` is exact and commutative, so that
 /// the result is the same for any partition.
 fn fold<T: Copy + Send + Sync>(
     references: &[Reference],
@@ -142,8 +143,8 @@ pub(super) fn build(references: &mut [Reference]) -> Binary {
     divide(references, 0, extent, 0)
 }
 
-/// Divides a range, which starts at `first`, at the bin of least cost, or in the middle if all centres coincide or the
-/// tree is deep.
+/// Divides a range, which starts at `first`, at the bin of least cost, or in the middle if all centres
+/// coincide or the tree is deep.
 fn divide(references: &mut [Reference], first: usize, extent: Extent, depth: usize) -> Binary {
     let count = references.len();
     let halves = (count > SMALLEST).then(|| {
@@ -169,7 +170,7 @@ fn divide(references: &mut [Reference], first: usize, extent: Extent, depth: usi
     Binary { first: first as u32, count: count as u32, halves, plan }
 }
 
-/// From centres to bins.
+/// Map from centres to bins.
 #[derive(Clone, Copy)]
 struct Binning {
     lower: Vec3A,
@@ -204,7 +205,7 @@ impl Split {
     }
 }
 
-/// What fell into a bin.
+/// Contents of a bin.
 #[derive(Clone, Copy)]
 struct Bin {
     bounds: Bounds,
@@ -218,7 +219,7 @@ impl Bin {
         Self { bounds: self.bounds.union(other.bounds), count: self.count + other.count }
     }
 
-    /// Surface times number.
+    /// Surface area times number.
     fn cost(&self) -> f32 {
         self.bounds.area() * self.count as f32
     }
@@ -226,7 +227,7 @@ impl Bin {
 
 type Bins = [[Bin; BINS]; 3];
 
-/// The split of least cost with something on both sides.
+/// The split of least cost with nonempty sides.
 fn best_split(references: &[Reference], extent: &Extent) -> Option<Split> {
     let binning = Binning::new(extent.centres);
     let add = |bins: &mut Bins, reference: &Reference| {

@@ -1,4 +1,4 @@
-//! Rays with one origin: sorted by their longest axis, and sent through the tree as packets.
+//! Bundles of rays with one origin, sorted by longest axis and traced as packets.
 
 use glam::DVec3;
 
@@ -8,16 +8,16 @@ use super::watertight::{PACKET, Shears, longest_axis};
 use super::{Accelerator, Hit, Ray};
 use crate::lanes::{Lanes, Task, next};
 
-/// Half width of a packet, over the size of leaves, above which rays go alone. Measured with sixteen rays on
-/// spheres of 81,920 and 327,680 triangles: packets are faster below about 4, and several times slower
-/// than single rays at 6.
+/// Half width of a packet relative to the size of leaves above which rays are traced individually. Packets of
+/// sixteen rays are faster below about 4 and several times slower than single rays at 6 (spheres of 81,920
+/// and 327,680 triangles).
 const WIDEST: f64 = 2.5;
-/// Fewer rays than this are faster alone.
+/// Number of rays below which they are traced individually.
 const FEWEST: usize = 3;
 
 impl Accelerator {
-    /// The first hits of rays with one origin, in the order of `directions`: each is that of
-    /// [`Accelerator::closest`], bit for bit, as what it is to the caller. Fast for directions in a narrow cone.
+    /// First hits of rays with one origin, in the order of `directions`: bit for bit those of
+    /// [`Accelerator::closest`], converted to `H`. Fast for directions in a narrow cone.
     pub fn closest_bundle<H: Clone + From<Hit>>(
         &self,
         origin: DVec3,
@@ -35,7 +35,7 @@ impl Accelerator {
         }
     }
 
-    /// Rays one by one.
+    /// Traces rays individually.
     fn alone<H: From<Hit>>(
         &self,
         bundle: &Bundle<'_, H>,
@@ -74,10 +74,10 @@ impl<H: From<Hit>> Task for Bundle<'_, H> {
 }
 
 impl<H: From<Hit>> Bundle<'_, H> {
-    /// At most [`PACKET`] rays: one packet for each longest axis and its sign.
+    /// At most [`PACKET`] rays: one packet for each longest axis and sign.
     #[inline(always)]
     fn chunk<L: Lanes>(&self, lanes: L, directions: &[DVec3], hits: &mut [Option<H>]) {
-        // Members by axis and sign, as bits.
+        // Bit masks of members by axis and sign.
         let mut classes = [0_u32; 8];
         for (ray, &direction) in directions.iter().enumerate() {
             let along = longest_axis(direction);
@@ -102,7 +102,7 @@ impl<H: From<Hit>> Bundle<'_, H> {
         hits: &mut [Option<H>],
     ) {
         let accelerator = self.accelerator;
-        // Packets look ahead of the origin only.
+        // Packets support only rays ahead of the origin.
         let ahead = self.limits.near >= 0.0 && members.count_ones() as usize >= FEWEST;
         if ahead {
             let shears = Shears::new(self.origin, directions, members, along);

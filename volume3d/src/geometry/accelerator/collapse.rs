@@ -1,34 +1,35 @@
-//! From two children a node to eight, at the least expected cost.
+//! Conversion of the binary hierarchy to eight children per node, at least expected cost.
 //!
-//! Ylitie, Karras and Laine, *Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs* (2017),
-//! section 3: C(n, i) is the least cost of the triangles below n as at most i children of some node. One child
-//! is a leaf, if the triangles are few, or a node whose eight children are divided between n's halves; more are
-//! divided between the halves as they come. Costs are surfaces: chances to be met by a ray.
+//! Ylitie, Karras and Laine, *Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs*
+//! (2017), section 3: C(n, i) is the least cost of the triangles below n as at most i children of some node.
+//! One child is a leaf, if the triangles are few, or a node whose eight children are divided between n's
+//! halves; several are divided between the halves. Costs are surface areas, proportional to hit
+//! probabilities.
 
 use crate::lanes::WIDTH;
 
-/// Time of a leaf's eight triangles over that of a node's eight boxes.
+/// Cost of a leaf's eight triangles relative to a node's eight boxes.
 pub(super) const LEAF_COST: f32 = 1.5;
 
-/// The best choices below a node of the binary hierarchy.
+/// Optimal choices below a node of the binary hierarchy.
 #[derive(Clone, Copy)]
 pub(super) struct Plan {
     /// C(n, i + 1).
     costs: [f32; WIDTH - 1],
-    /// How many of i + 1 children the first half gets; 0 where fewer children are as good (for one: a leaf).
-    /// The last is for the eight children of n itself.
+    /// Number of i + 1 children assigned to the first half; 0 if fewer children are as good (for one: a
+    /// leaf). The last entry is for the eight children of n itself.
     shares: [u8; WIDTH],
     leaf: bool,
 }
 
 impl Plan {
-    /// The plan of a node with half the surface `area` from those of its halves.
+    /// Plan of a node with half surface area `area`, from those of its halves.
     pub(super) fn new(area: f32, count: usize, halves: Option<[&Self; 2]>) -> Self {
         let leaf_cost = if count <= WIDTH { LEAF_COST * area } else { f32::INFINITY };
         let mut plan = Self { costs: [leaf_cost; WIDTH - 1], shares: [0; WIDTH], leaf: true };
         let Some([left, right]) = halves else { return plan };
         let (left, right) = (&left.costs, &right.costs);
-        // D(n, j): the least cost of j children divided between the halves, and the left one's share.
+        // D(n, j): least cost of j children divided between the halves, and the left one's share.
         let divided = |children: usize| {
             let choices =
                 (1..children).map(|share| (left[share - 1] + right[children - share - 1], share as u8));
@@ -47,12 +48,12 @@ impl Plan {
         plan
     }
 
-    /// Whether the node's triangles are one leaf.
+    /// Whether the node's triangles form one leaf.
     pub(super) fn is_leaf(&self) -> bool {
         self.leaf
     }
 
-    /// How many of so many children the first half gets; 0 where fewer children are as good.
+    /// Number of `children` assigned to the first half; 0 if fewer children are as good.
     pub(super) fn share(&self, children: usize) -> usize {
         self.shares[children - 1].into()
     }

@@ -1,4 +1,4 @@
-//! Rays with one longest axis, and with one origin and similar slopes, or with one direction: for the filters.
+//! Fans: rays with one longest axis that share either an origin and similar slopes, or a direction.
 
 use glam::DVec3;
 
@@ -6,28 +6,28 @@ use super::frame::{DOUBLE_ERROR, Depth, Frame, SMALLEST_SLOPE, UNIT};
 use super::watertight::{PACKET, Shears, larger, smaller};
 use crate::lanes::WIDTH;
 
-/// Rays with one longest axis and sign, for the filters; with one origin, unless they have one direction.
+/// Rays with one longest axis and sign, in the form of the filters; with one origin, or one direction.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fan {
-    /// The two axes across, in the order of the permutation.
+    /// The two transverse axes, in the order of the permutation.
     pub(super) axes: [FanAxis; 2],
-    /// The longest axis, and whether the rays point down it.
+    /// The longest axis, and whether the rays are opposite to it.
     pub(super) along: usize,
     pub(super) backward: bool,
-    /// Origin, or the corners of the box of all origins, plus and minus the error of a plane.
+    /// Origin, or corners of the box of all origins, plus and minus the error of a plane.
     pub(super) origin_high: [f32; 3],
     pub(super) origin_low: [f32; 3],
-    /// Where the middle ray enters the scene, axes permuted.
+    /// Point where the middle ray enters the scene, axes permuted.
     pub(super) vertex_origin: [f32; 3],
-    /// Its place along the longest axis, from the origin.
+    /// Its position along the longest axis, from the origin.
     pub(super) start: f64,
-    /// ζ is this part of the depth from there, and [`farness`](Self::farness): for rays of one direction, which are apart by the same
-    /// everywhere, 1 at any depth.
+    /// ζ is `opening` times the depth from there, plus [`farness`](Self::farness); constantly 1 for rays of
+    /// one direction, whose spacing does not change.
     pub(super) opening: f32,
     pub(super) farness: f32,
-    /// Whether any hit may be certain: see [`Frame`].
+    /// Whether hits may be accepted as certain, see [`Frame`].
     pub(super) is_moderate: bool,
-    /// Of rays of one direction, the plane from which depths count, in the frame and in space.
+    /// For rays of one direction, the plane where depths start, in the frame and in space.
     plane: Option<f64>,
     centre: f64,
     middle: [f64; 2],
@@ -37,33 +37,33 @@ pub(super) struct Fan {
     slack: f64,
 }
 
-/// The slopes of a fan along one axis.
+/// Slopes of a fan along one axis.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FanAxis {
     pub(super) axis: usize,
-    /// The middle, and half the width.
+    /// Middle and half width.
     pub(super) slope: f64,
     pub(super) spread: f32,
-    /// Whether slopes against depth, of which the reciprocals of the least and the greatest follow, are negative
-    /// or of both signs.
+    /// Whether the slopes against depth, whose extreme reciprocals follow, are negative or of both signs.
     pub(super) negative: bool,
     pub(super) straddles: bool,
     pub(super) inverse: [f32; 2],
 }
 
-/// Error of a vertex sheared along the middle ray: as that of one ray with the origin below 2, off by 2 u, and
-/// differences to it of at most 3. x and z are off by (2 + 3 + 2 + 3) u, s z by (10 + 3 + 3) u at the most, and
-/// the last difference, at most 6, by 6 u: 32 u.
+/// Error of a vertex sheared along the middle ray: as for a single ray with the origin below 2, off by 2 u,
+/// and differences to it of at most 3. x and z are off by (2 + 3 + 2 + 3) u, s z by at most (10 + 3 + 3) u,
+/// and the last difference, at most 6, by 6 u: 32 u.
 const FAN_VERTEX_ERROR: f64 = 33.0 * UNIT;
 
-/// Origins farther than this from the scene's centre send rays one by one: boxes are met from the fan's
-/// origin itself, with an error in proportion to its distance.
+/// Distance of the origin from the scene's centre above which rays are traced individually: boxes are
+/// intersected from the fan's origin itself, with an error proportional to its distance.
 const FARTHEST_FAN: f64 = 256.0;
 
-/// Greatest depth of the scene from where rays enter it, and more.
+/// Upper bound on the depth of the scene from where rays enter it.
 const DEEPEST: f64 = 2.5;
 
-/// Fans wider than this send rays one by one: |δ ζ| is below 1, which the error bounds of the filter of triangles count on, with room for rounding.
+/// Width of a fan above which rays are traced individually: |δ ζ| must be below 1, with room for rounding,
+/// for the error bounds of the triangle filter.
 const WIDEST_FAN: f64 = 0.9;
 
 impl Fan {
@@ -76,8 +76,8 @@ impl Fan {
         Self::of_extremes(frame, origin, shears.axes, [least, greatest], backward, reach).ok()
     }
 
-    /// The same of some rays that end at the origin instead, traced backwards, given how far away they begin. They are not wider than
-    /// `widest` where they begin.
+    /// The fan of rays that end at a common point, traced backwards from there, given the distances of their
+    /// origins. Their width at their origins is at most `widest`.
     #[inline(always)]
     pub(super) fn backwards(
         frame: &Frame,
@@ -91,7 +91,7 @@ impl Fan {
             depths[at] = distances[at] / shears.rows[at / WIDTH].inverse[at % WIDTH].abs();
         }
         let deepest = frame.scale * bounds(&depths, members)[1];
-        // The rounding of directions and distances grows with them.
+        // Rounding of directions and distances grows with the distances.
         if deepest.is_nan() || deepest > FARTHEST_FAN {
             return Err(f64::INFINITY);
         }
@@ -117,7 +117,7 @@ impl Fan {
 
         let origin = frame.place(origin);
         let reach = origin.abs().max_element();
-        // Of rays that end here instead, what rounding puts between where they end and here is within it as well.
+        // For rays that end here, the rounding of their end points is included.
         let error = 2.0 * DOUBLE_ERROR * (1.0 + reach);
         let start = (-frame.half[along] - sign * origin[along]).max(0.0);
         let mut entry = origin;
@@ -212,8 +212,8 @@ impl Fan {
         })
     }
 
-    /// Depths of a ray with 1/d_z = `inverse` and an origin at a place along the longest axis, which counts if it is one of
-    /// one direction.
+    /// Depth map of a ray with 1/d_z = `inverse` and an origin at a position along the longest axis, which
+    /// matters only for rays of one direction.
     #[inline(always)]
     pub(super) fn depth_of(&self, inverse: f64, origin: f64) -> Depth {
         let depth = self.depth(inverse);
@@ -226,19 +226,19 @@ impl Fan {
         }
     }
 
-    /// Depths of a ray of the fan with 1/d_z = `inverse`, from where the middle one enters the scene.
+    /// Depth map of a ray of the fan with 1/d_z = `inverse`, starting where the middle ray enters the scene.
     #[inline(always)]
     pub(super) fn depth(&self, inverse: f64) -> Depth {
         self.depth_of_scale(self.scale / inverse.abs())
     }
 
-    /// The same from [`Depth::scale`].
+    /// Depth map from [`Depth::scale`].
     #[inline(always)]
     pub(super) fn depth_of_scale(&self, scale: f64) -> Depth {
         Depth { scale, start: self.start.abs(), slack: self.slack }
     }
 
-    /// The same depth from the fan's origin, rounded up.
+    /// The depth from the fan's origin, rounded up.
     #[inline(always)]
     pub(super) fn whole_depth(&self, depth: f32) -> f32 {
         let depth = f64::from(depth) + self.start.abs();
@@ -270,7 +270,8 @@ impl FanAxis {
     }
 }
 
-/// Places of points along an axis as they are seen along rays of a slope from a plane across another axis.
+/// Coordinates of points along an axis, sheared along rays of a slope from a plane orthogonal to another
+/// axis.
 #[inline(always)]
 fn sheared(
     frame: &Frame,
@@ -286,14 +287,14 @@ fn sheared(
     places
 }
 
-/// The least and the greatest of some numbers.
+/// Least and greatest of some numbers.
 #[inline(always)]
 fn bounds(numbers: &[f64; PACKET], members: u32) -> [f64; 2] {
     let (mut least, mut greatest) = ([f64::INFINITY; 4], [f64::NEG_INFINITY; 4]);
     for at in 0..PACKET {
         let member = members >> at & 1 == 1;
         let (low, high) = (&mut least[at % 4], &mut greatest[at % 4]);
-        // In this order what is not a number does not count.
+        // In this order NaN is ignored.
         *low = smaller(if member { numbers[at] } else { f64::INFINITY }, *low);
         *high = larger(if member { numbers[at] } else { f64::NEG_INFINITY }, *high);
     }
@@ -302,7 +303,8 @@ fn bounds(numbers: &[f64; PACKET], members: u32) -> [f64; 2] {
     [smaller(smaller(a, b), smaller(c, d)), larger(larger(e, f), larger(g, h))]
 }
 
-/// How far origins of rays of one direction are from the middle, along both axes across, as they are seen along them.
+/// Offsets of the origins of rays of one direction from the middle, along both transverse axes, sheared along
+/// the rays.
 #[inline(always)]
 pub(super) fn beside(fan: &Fan, frame: &Frame, origins: &[[f64; PACKET]; 3]) -> [[f64; PACKET]; 2] {
     let mut offsets = [[0.0; PACKET]; 2];

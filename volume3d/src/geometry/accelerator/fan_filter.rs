@@ -1,12 +1,14 @@
-//! Rays of a fan against boxes and triangles.
+//! Filters of fans: boxes and triangles.
 //!
-//! With depth ζ from the common origin along the longest axis, ray r is at the slopes S_r = S + δ_r times ζ,
-//! where S is the fan's middle. Boxes are met by the interval of slopes. For triangles, vertices are sheared by
-//! S; for ray r the sheared coordinates are x − δ_r ζ, and each edge function becomes linear in δ_r:
+//! With depth ζ from the common origin along the longest axis, ray r has the slopes S_r = S + δ_r times ζ,
+//! where S is the fan's middle. Boxes are intersected with the interval of slopes. For triangles, vertices
+//! are sheared by S; for ray r the sheared coordinates are x − δ_r ζ, and each edge function becomes linear
+//! in δ_r:
 //!
-//! c_x b_y − c_y b_x − δ_x (ζ_c b_y − ζ_b c_y) − δ_y (ζ_b c_x − ζ_c b_x).
+//! > c_x b_y − c_y b_x − δ_x (ζ_c b_y − ζ_b c_y) − δ_y (ζ_b c_x − ζ_c b_x).
 //!
-//! So eight triangles are first tried against the whole fan, and each that remains against eight rays at a time.
+//! Eight triangles are first tested against the whole fan, and each that remains against eight rays at a
+//! time.
 
 use super::fan::{Fan, FanAxis};
 use super::frame::UNIT;
@@ -15,27 +17,28 @@ use super::tree::{Leaf, Node};
 use super::watertight::{PACKET, ShearRow};
 use crate::lanes::{Lanes, Row, Steps, WIDTH};
 
-/// Error of an edge function of ray r of a triangle that it crosses, over e times P: with the triangle's vertices at p = x − δ ζ, P is
-/// the sum of |p_x| + |p_y| over its sides, which is at most that of the sheared ones and 4 times the half width of the fan times the
-/// extent in depth. The ray's coordinates p are off by e and the roundings of δ and ζ, at most 1.5 e. Where the ray is
-/// within the triangle, those of a vertex are no greater than the longest side, which is half of P: so an edge function is off
-/// by 1.5 e P and terms of second order. It is the same the other way round: where computed edge functions are
-/// beyond this, the ray is within the triangle of computed vertices, and coordinates are as small.
+/// Error of an edge function of ray r for a triangle that it crosses, divided by e P: with the triangle's
+/// vertices at p = x − δ ζ, P is the sum of |p_x| + |p_y| over its sides, at most that of the sheared ones
+/// plus 4 times the half width of the fan times the extent in depth. The ray's coordinates p are off by e and
+/// the roundings of δ and ζ, at most 1.5 e. If the ray is within the triangle, those of a vertex are at most
+/// the longest side, which is half of P: an edge function is off by 1.5 e P plus second-order terms. The
+/// converse holds too: if computed edge functions exceed this, the ray is within the triangle of computed
+/// vertices, and coordinates are as small.
 const EDGE_SHARE: f32 = 2.0;
 
-/// The terms of second order, over e²: 2 · 1.5², and 1.5 for each of 8 coordinates computed too small by e, and for an extent in depth that is: 1.44 e at the widths
-/// there are.
+/// Second-order terms, divided by e²: 2 · 1.5², and 1.5 for each of 8 coordinates computed too small by e,
+/// and for an extent in depth that is: 1.44 e at the widths that occur.
 const EDGE_FLOOR: f32 = 20.0;
 
-/// What roundings add to it, over (m + F)² with m the greatest |x| + |y| of a vertex and F the greatest |δ ζ|: the
-/// constant term is off by 3 u m², the factors of δ by 8 u F m, and their sum by 6 u m² + 12 u F m: at most 10 u (m + F)². The rest is for the
-/// roundings of bounds.
+/// Contribution of rounding, divided by (m + F)², with m the greatest |x| + |y| of a vertex and F the
+/// greatest |δ ζ|: the constant term is off by 3 u m², the factors of δ by 8 u F m, and their sum by 6 u
+/// m² + 12 u F m: at most 10 u (m + F)². The rest is for the roundings of bounds.
 const EDGE_ROUNDING: f32 = 16.0 * UNIT as f32;
 
 /// A fan against eight boxes.
 pub(super) struct BoxTest<L: Lanes> {
     lanes: L,
-    /// The two axes across, and the one along.
+    /// The two transverse axes, and the longest one.
     across: [FanAxis; 2],
     along: usize,
     backward: bool,
@@ -70,7 +73,7 @@ impl<L: Lanes> BoxTest<L> {
         }
     }
 
-    /// The boxes that some ray may enter no deeper than `limit`, and depths above which none does.
+    /// Boxes that some ray may enter no deeper than `limit`, and lower bounds on the entry depths.
     #[inline(always)]
     pub(super) fn entered(&self, node: &Node, limit: f32) -> (u32, Row) {
         let lanes = self.lanes;
@@ -116,12 +119,12 @@ pub(super) struct TriangleTest<L: Lanes> {
     forward: L::Float,
     origin: [L::Float; 3],
     slopes: [L::Float; 2],
-    /// Half the widths of the fan.
+    /// Half widths of the fan.
     spread: [L::Float; 2],
-    /// From depth to ζ.
+    /// Map from depth to ζ.
     opening: L::Float,
     farness: L::Float,
-    /// The greater of them.
+    /// The greater half width.
     width: f32,
     error: f32,
 }
@@ -134,7 +137,7 @@ pub(super) struct Functions<L: Lanes> {
     rows: FunctionRows,
 }
 
-/// The same in memory, for one triangle to be spread over lanes of rays.
+/// [`Functions`] in memory, to broadcast one triangle to lanes of rays.
 struct FunctionRows {
     edges: [[Row; 3]; 3],
     slack: Row,
@@ -161,7 +164,7 @@ impl<L: Lanes> TriangleTest<L> {
         }
     }
 
-    /// x, y, ζ along the ray's sign, and the depth from the place where the fan enters the scene.
+    /// x, y, ζ along the ray's sign, and the depth from where the fan enters the scene.
     #[inline(always)]
     fn sheared(&self, grid: &Grid<L>, vertex: &[Steps; 3]) -> [L::Float; 4] {
         let lanes = self.lanes;
@@ -202,7 +205,7 @@ impl<L: Lanes> TriangleTest<L> {
         Functions { edges, slack, rows: rows(lanes, &edges, slack, first, last) }
     }
 
-    /// The triangles some ray of the fan may cross.
+    /// Triangles that some ray of the fan may cross.
     #[inline(always)]
     pub(super) fn candidates(&self, functions: &Functions<L>) -> u32 {
         let lanes = self.lanes;
@@ -233,7 +236,7 @@ fn planar_size<L: Lanes>(lanes: L, p: [L::Float; 4]) -> L::Float {
     size(lanes, [p[0], p[1], p[2]])
 }
 
-/// An edge function's constant and factors.
+/// Constant and factors of an edge function.
 #[inline(always)]
 fn coefficients<L: Lanes>(lanes: L, c: [L::Float; 4], b: [L::Float; 4]) -> [L::Float; 3] {
     let constant = edge(lanes, [c[0], c[1], c[2]], [b[0], b[1], b[2]]);
@@ -265,7 +268,7 @@ fn rows<L: Lanes>(
 }
 
 impl<L: Lanes> Functions<L> {
-    /// The triangle of a lane with the rays of a row.
+    /// The triangle of a lane against the rays of a row.
     #[inline(always)]
     pub(super) fn met(&self, lanes: L, lane: usize, row: &FanRow) -> Met<L> {
         let rows = &self.rows;
@@ -286,9 +289,9 @@ impl<L: Lanes> Functions<L> {
     }
 }
 
-/// A triangle met by a row of rays.
+/// Test of a triangle against a row of rays.
 pub(super) struct Met<L: Lanes> {
-    /// The rays that may cross it, as bits.
+    /// Bit mask of rays that may cross it.
     pub(super) rays: u32,
     least: L::Float,
     greatest: L::Float,
@@ -298,7 +301,7 @@ pub(super) struct Met<L: Lanes> {
 }
 
 impl<L: Lanes> Met<L> {
-    /// The rays that cross it for certain, within these depths: see the same of [single rays](super::traverse).
+    /// Rays that certainly cross it within these depths, as for [single rays](super::traverse).
     #[inline(always)]
     pub(super) fn certain(&self, lanes: L, within: [&Row; 2]) -> u32 {
         let inside = lanes.less_equal(self.slack, self.least)
@@ -312,15 +315,15 @@ impl<L: Lanes> Met<L> {
 /// Eight rays of a fan.
 #[derive(Clone, Copy)]
 pub(super) struct FanRow {
-    /// Slopes against the fan's middle.
+    /// Slopes relative to the fan's middle.
     delta: [Row; 2],
-    /// The interval of depths, in which nothing lies for lanes without a ray.
+    /// Interval of depths, empty for lanes without a ray.
     pub(super) near: Row,
     pub(super) limit: Row,
 }
 
 impl FanRow {
-    /// Without any ray.
+    /// A row with no active depth interval.
     #[inline(always)]
     pub(super) fn new(fan: &Fan, shears: &ShearRow) -> Self {
         let (mut x, mut y) = ([0.0; WIDTH], [0.0; WIDTH]);
@@ -332,7 +335,8 @@ impl FanRow {
         Self { delta, near: [f32::INFINITY; WIDTH], limit: [f32::NEG_INFINITY; WIDTH] }
     }
 
-    /// Of rays of one direction, how far their origins are from the fan's middle, from a place on.
+    /// Sets, for rays of one direction, the offsets of their origins from the fan's middle, starting at an
+    /// index.
     #[inline(always)]
     pub(super) fn set_offsets(&mut self, offsets: &[[f64; PACKET]; 2], first: usize) {
         for lane in 0..WIDTH {
@@ -341,7 +345,7 @@ impl FanRow {
         }
     }
 
-    /// The greatest depth at which any ray still looks for a hit.
+    /// Greatest depth at which any ray still looks for a hit.
     #[inline(always)]
     pub(super) fn greatest_limit(&self) -> f32 {
         let mut greatest = f32::NEG_INFINITY;

@@ -1,9 +1,9 @@
 //! The frame of the single-precision filters: the scene centred and scaled to the cube [−1, 1]³.
 //!
-//! A ray enters the frame at the scene's bounds, however far away it starts, so that every filtered number is of
-//! order one and rounding errors are bounded by constants. Distances become depths
-//! τ along the ray's longest axis. With u = 2⁻²⁴ the rounding unit of single precision, each bound below
-//! counts the roundings on the way and rounds the count up; second-order terms u² are 10⁻⁷ of it.
+//! A ray enters the frame at the scene's bounds, however far away it starts, so that every filtered number is
+//! of order one and rounding errors are bounded by constants. Distances become depths τ along the ray's
+//! longest axis. With u = 2⁻²⁴ the rounding unit of single precision, each bound below counts the roundings
+//! and rounds the count up; second-order terms u² are 10⁻⁷ of it.
 
 use glam::DVec3;
 
@@ -13,34 +13,34 @@ use super::watertight::{Shear, larger, smaller};
 /// Rounding unit of single precision.
 pub(super) const UNIT: f64 = 1.0 / 16_777_216.0;
 
-/// Error of a filtered plane of a box, in space along the plane's axis. The computed depth is b r − o r with r = 1/d,
-/// |b| ≤ 1 and the origin |o| at most 1 and a hair: both products are off by the relative u (the first only
-/// where it is rounded by itself), which moves the plane by u each; the same r in both, off by the relative u, and the
-/// difference each move a plane of |b − o| ≤ 2 by 2 u: together 6 u.
+/// Error of a filtered plane of a box, in space along the plane's axis. The computed depth is b r − o r with
+/// r = 1/d, |b| ≤ 1 and the origin |o| slightly above 1 at most: both products have the relative error u (the
+/// first only if it is rounded separately), which moves the plane by u each; the common r, of relative error
+/// u, and the difference each move a plane of |b − o| ≤ 2 by 2 u: together 6 u.
 const PLANE_ERROR: f64 = 8.0 * UNIT;
 
-/// Error of a sheared coordinate x − s z with |s| ≤ 1 of a vertex on the grid of its leaf, n h + (a − o) for n steps
-/// of h from the anchor a, but for the vertex' distance from the grid. The origin o is off by u; the difference, the
-/// product n h and the sum, at most 2 each, are off by 2 u more each. So x and z are off by 7 u, s z by
-/// (7 + 2 + 2) u (z, s, product), and the last difference, at most 4, by 4 u more: 22 u.
+/// Error of a sheared coordinate x − s z with |s| ≤ 1 of a vertex on the grid of its leaf, n h + (a − o) for
+/// n steps of h from the anchor a, without the vertex' distance from the grid. The origin o is off by u; the
+/// difference, the product n h and the sum, at most 2 each, are off by 2 u more each. So x and z are off by 7
+/// u, s z by (7 + 2 + 2) u (z, s, product), and the last difference, at most 4, by 4 u more: 22 u.
 pub(super) const VERTEX_ERROR: f64 = 23.0 * UNIT;
 
-/// What the doubles before the filter are off by, relative to the ray's distance from the scene's
-/// centre: a handful of roundings of 2⁻⁵³ (centring, scaling, advancing, and the exact test's own).
+/// Error of the double-precision steps before the filter, relative to the ray's distance from the scene's
+/// centre: several roundings of 2⁻⁵³ (centring, scaling, advancing, and those of the exact test).
 pub(super) const DOUBLE_ERROR: f64 = 1.0 / 1_125_899_906_842_624.0;
 
-/// Smallest slope used for a box: over a depth of 2 a ray of slope 0 strays 2⁻³⁹ from itself, within
-/// the slack of [`PLANE_ERROR`], and no reciprocal is infinite.
+/// Smallest slope used for a box: over a depth of 2 a ray of slope 0 deviates by 2⁻³⁹, within the slack of
+/// [`PLANE_ERROR`], and no reciprocal is infinite.
 pub(super) const SMALLEST_SLOPE: f64 = 1.0 / 1_099_511_627_776.0;
 
-/// Between this and its reciprocal the scale leaves products of two areas in double precision finite and, unless they
-/// are far smaller than any error, above zero.
+/// Bound on the scale and its reciprocal for which products of two areas in double precision are finite and,
+/// unless far smaller than any error, above zero.
 const LARGEST_SCALE: f64 = 1e75;
 
-/// An interval of depths without any.
+/// The empty interval of depths.
 const NOWHERE: [f32; 2] = [f32::INFINITY, f32::NEG_INFINITY];
 
-/// Margin of the bounds in which a ray starts, so that rays which graze them are kept.
+/// Margin of the bounds in which a ray starts, so that grazing rays are kept.
 const MARGIN: f64 = UNIT;
 
 /// The map p ↦ scale (p − centre), with scale a power of two.
@@ -50,7 +50,7 @@ pub(super) struct Frame {
     pub(super) scale: f64,
     /// Half extents of the scene, at most 1.
     pub(super) half: DVec3,
-    /// Whether the scale is moderate: see [`LARGEST_SCALE`].
+    /// Whether the scale is moderate, see [`LARGEST_SCALE`].
     pub(super) moderate: bool,
 }
 
@@ -61,10 +61,10 @@ pub(super) struct FrameRay {
     pub(super) axes: [usize; 3],
     /// Whether the direction is negative, by axis.
     pub(super) negative: [bool; 3],
-    /// By axis, depths of the near and the far planes through 0, moved forth and back by the error of a plane: a plane
-    /// at b is met at the depth b / d less these.
+    /// By axis, depths of the near and far planes through 0, moved by the error of a plane: a plane at b is
+    /// met at the depth b / d less these.
     pub(super) zero: [[f32; 2]; 3],
-    /// 1 / d: depth over distance along each axis.
+    /// 1 / d: depth per distance along each axis.
     pub(super) inverse: [f32; 3],
     /// 1 or −1, from the longest axis to depth.
     pub(super) forward: f32,
@@ -77,11 +77,11 @@ pub(super) struct FrameRay {
     /// Depths of the interval, widened.
     pub(super) near: f32,
     pub(super) far: f32,
-    /// The same narrowed; empty if the exact test may overflow or underflow.
+    /// The interval narrowed; empty if the exact test may overflow or underflow.
     pub(super) within: [f32; 2],
 }
 
-/// The same with the axes in their order, and how distances become depths.
+/// A ray in the frame with axes in their original order, and the map from distances to depths.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Entry {
     /// Whether the ray can meet the scene at all.
@@ -97,7 +97,7 @@ pub(super) struct Entry {
     pub(super) within: [f32; 2],
 }
 
-/// From distances along a ray to depths in the frame.
+/// Map from distances along a ray to depths in the frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Depth {
     pub(super) scale: f64,
@@ -111,17 +111,17 @@ impl Depth {
         distance * self.scale - self.start
     }
 
-    /// A depth no smaller than that of `distance`.
+    /// A depth at least that of `distance`.
     #[inline(always)]
     pub(super) fn above(self, distance: f64) -> f32 {
         let depth = self.exact(distance);
         (depth + depth.abs() * (2.0 * UNIT) + self.slack) as f32
     }
 
-    /// A depth no greater than that of `distance`; infinite if that is.
+    /// A depth at most that of `distance`; infinite if that is.
     #[inline(always)]
     pub(super) fn below(self, distance: f64) -> f32 {
-        // Not +∞, from which it could not be subtracted.
+        // Not +∞, which could not be subtracted from.
         let depth = smaller(self.exact(distance), f64::MAX);
         (depth - depth.abs() * (2.0 * UNIT) - self.slack) as f32
     }
@@ -149,7 +149,7 @@ impl Frame {
         self.scale * (p - self.centre)
     }
 
-    /// The same of one coordinate of some points.
+    /// One coordinate of some points, in the frame.
     #[inline(always)]
     pub(super) fn placed<const N: usize>(&self, axis: usize, places: &[f64; N]) -> [f64; N] {
         let centre = self.centre.to_array()[axis];
@@ -160,7 +160,7 @@ impl Frame {
         placed
     }
 
-    /// The piece of a ray where it can meet the scene, or `None`.
+    /// The piece of a ray that can meet the scene, or `None`.
     #[inline(always)]
     pub(super) fn ray(&self, ray: &Ray, shear: &Shear) -> Option<(FrameRay, Depth)> {
         let (origin, direction) = (ray.origin.to_array(), ray.direction.to_array());
@@ -169,12 +169,14 @@ impl Frame {
         entry.meets.then_some((frame_ray, entry.depth))
     }
 
-    /// Where a ray of finite origin and direction can meet the scene. Without branches: rays side by side are one loop.
+    /// Entry of a ray of finite origin and direction into the scene. Branchless, so that loops over rays
+    /// vectorise.
     #[inline(always)]
     pub(super) fn entry(&self, origin: [f64; 3], direction: [f64; 3], (near, far): (f64, f64)) -> Entry {
         let (centre, half) = (self.centre.to_array(), self.half.to_array());
         let longest = larger(larger(direction[0].abs(), direction[1].abs()), direction[2].abs());
-        // To a length of 1 along the longest axis, up to a rounding; the scale is a power of two, by which nothing is rounded.
+        // Scaled to length 1 along the longest axis, up to rounding; the scale is a power of two, which
+        // rounds nothing.
         let shorten = 1.0 / longest;
         let scale = self.scale * longest;
         let (mut places, mut slopes) = ([0.0; 3], [0.0; 3]);
@@ -185,7 +187,7 @@ impl Frame {
         let reach = larger(larger(places[0].abs(), places[1].abs()), places[2].abs());
         let error = DOUBLE_ERROR * (1.0 + reach);
 
-        // Where the line is inside the bounds.
+        // Range in which the line is inside the bounds.
         let around = MARGIN + error + reach * SMALLEST_SLOPE;
         let mut inverse = [0.0; 3];
         let mut enter = near * scale - error;
@@ -227,7 +229,7 @@ impl Frame {
 }
 
 impl FrameRay {
-    /// Of an entry, with permuted axes, given whether the ray points down the longest one.
+    /// From an entry, with permuted axes, and whether the ray is opposite to the longest one.
     #[inline(always)]
     pub(super) fn new(entry: &Entry, axes: [usize; 3], backward: bool) -> Self {
         let &Entry { zero, inverse, place, slopes, vertex_error, near, far, within, .. } = entry;

@@ -1,20 +1,21 @@
-//! The rays of a sheaf in the frame, worked out side by side.
+//! Rays of a sheaf in the frame, computed in SIMD.
 //!
-//! Every number is that of a single ray, from the same operations in the same order: the error bounds are those of the frame.
+//! Every number has the bits of a single ray's, from the same operations in the same order: the error bounds
+//! are those of the frame.
 
 use super::frame::Frame;
 use super::sheaf::Sheaf;
 use super::watertight::{PACKET, larger};
 
-/// A number of every ray.
+/// One number per ray.
 type Numbers = [f32; PACKET];
 
-/// What [`Frame::ray`] gives of every ray, bit for bit.
+/// The results of [`Frame::ray`] for every ray, bit for bit.
 #[derive(Clone, Copy)]
 pub(super) struct FrameRays {
-    /// The longest axis, as an index.
+    /// Index of the longest axis.
     pub(super) along: [u8; PACKET],
-    /// By axis, whether the direction is negative.
+    /// Whether the direction is negative, by axis.
     pub(super) negative: [[u8; PACKET]; 3],
     /// By axis and side.
     pub(super) zero: [[Numbers; 2]; 3],
@@ -25,14 +26,14 @@ pub(super) struct FrameRays {
     pub(super) near: Numbers,
     pub(super) far: Numbers,
     pub(super) within: [Numbers; 2],
-    /// The rays that can meet the scene, as bits.
+    /// Bit mask of rays that can meet the scene.
     pub(super) meeting: u32,
-    /// Those whose origin and slopes are finite: of others nothing here means anything.
+    /// Bit mask of rays with finite origin and slopes; the data of others are meaningless.
     pub(super) finite: u32,
 }
 
 impl FrameRays {
-    /// Without any ray.
+    /// No rays.
     pub(super) const NONE: Self = Self {
         along: [0; PACKET],
         negative: [[0; PACKET]; 3],
@@ -48,13 +49,13 @@ impl FrameRays {
         finite: 0,
     };
 
-    /// Takes the rays of a sheaf instead.
+    /// Replaces the rays by those of a sheaf.
     #[inline(always)]
     pub(super) fn fill(&mut self, frame: &Frame, sheaf: &Sheaf) {
         let Self { along, negative, zero, inverse, place, slopes, vertex_error, near, far, within, .. } =
             self;
         let (mut meets, mut odd) = ([0.0; PACKET], [0.0; PACKET]);
-        // Copies, of which the compiler knows that nothing else is written to them.
+        // Copies, so that the compiler can rule out aliasing.
         let (frame, origins, directions, ends) = (*frame, sheaf.origins, sheaf.directions, sheaf.far);
         for at in 0..PACKET {
             let origin = [origins[0][at], origins[1][at], origins[2][at]];

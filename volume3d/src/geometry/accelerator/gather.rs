@@ -1,4 +1,4 @@
-//! Sheaves, divided into narrow fans that go through the tree at once. Rays of no fan go in a stream, or alone.
+//! Division of sheaves into narrow fans. Remaining rays are traced as a stream or individually.
 
 use super::fan::Fan;
 use super::sheaf::{Goal, Sheaf};
@@ -8,21 +8,21 @@ use super::watertight::{PACKET, Shears, longest_axis};
 use super::{Accelerator, Hit};
 use crate::lanes::{Lanes, Task, next};
 
-/// Half width of a fan, over the size of a typical leaf, above which it is divided.
+/// Half width of a fan, relative to the size of a typical leaf, above which it is divided.
 const WIDEST: f64 = 2.0;
 
-/// Fans that are so many times as wide as that are not worth dividing.
+/// Multiple of that width above which dividing a fan is not worthwhile.
 const HOPELESS: f64 = 3.0;
 
-/// With more leaves than this, rays go in a stream. Measured with rows of sixteen pixels of 128: with 640 leaves fans are faster than single
-/// rays by a third, with 10,000 slower by a tenth.
+/// Number of leaves above which rays are traced as a stream: with 640 leaves fans are faster than single rays
+/// by a third, with 10,000 slower by a tenth.
 const MOST_LEAVES: usize = 4096;
 
-/// Fewer rays than this are faster alone.
+/// Number of rays below which they are traced individually.
 const FEWEST: u32 = 3;
 
 impl Accelerator {
-    /// Which rays hit anything, as bits. Fast where many of them end at one point or have one direction.
+    /// Bit masks of rays that hit anything. Fast if many of them end at one point or have one direction.
     #[must_use]
     pub fn occluded_sheaves(&self, shadows: &[Shadows<'_>; SHEAVES]) -> [u32; SHEAVES] {
         let (mut occluded, mut rest) = ([0; SHEAVES], [0; SHEAVES]);
@@ -33,7 +33,7 @@ impl Accelerator {
         [0, 1].map(|at| occluded[at] | others[at])
     }
 
-    /// The first hits of rays, where there are any. Fast where many of them have one direction.
+    /// First hits of rays, if any. Fast if many of them have one direction.
     pub fn closest_sheaf(&self, sheaf: &Sheaf, hits: &mut [Option<Hit>; PACKET]) {
         *hits = [None; PACKET];
         let mut rest = self.gather::<false>(sheaf, None, hits).rest;
@@ -83,7 +83,7 @@ impl<const ANY: bool> Task for Gather<'_, ANY> {
                 Some(_) => self.sheaf.along(rest, along, sign),
                 None => self.sheaf.alike(rest, direction),
             };
-            // Not even itself: what is not a number is met by nothing.
+            // NaN directions are not even equal to themselves, and hit nothing.
             let some = if some == 0 { rest & rest.wrapping_neg() } else { some };
             rest &= !some;
             let parts = self.parts(lanes, some, along);
@@ -94,16 +94,16 @@ impl<const ANY: bool> Task for Gather<'_, ANY> {
     }
 }
 
-/// What becomes of some rays.
+/// Result for some rays.
 struct Parts {
-    /// Those that hit anything, if that is asked, as bits.
+    /// Bit mask of rays that hit anything, if that is the query.
     occluded: u32,
-    /// Those that no fan has decided.
+    /// Rays not decided by a fan.
     rest: u32,
 }
 
 impl<const ANY: bool> Gather<'_, ANY> {
-    /// Rays of a fan: all of them, or those of halves, or of quarters.
+    /// Traces rays of one longest axis: as one fan, or as halves or quarters.
     #[inline(always)]
     fn parts<L: Lanes>(&mut self, lanes: L, members: u32, along: usize) -> Parts {
         let Self { accelerator, sheaf, end, .. } = *self;
@@ -112,7 +112,7 @@ impl<const ANY: bool> Gather<'_, ANY> {
             return Parts { occluded, rest };
         }
         let shears = Shears::of_lanes(&sheaf.directions, members, along);
-        // Backwards, what is beyond the end is not seen; and fans begin where their rays do.
+        // Backwards, objects beyond the end are not visible; and fans start at the origins of their rays.
         let ends = |at: usize| end.is_none_or(|end| sheaf.far[at] <= end.distances[at]);
         let within = sheaf.near >= 0.0 && (0..PACKET).all(|at| members >> at & 1 == 0 || ends(at));
         let together = within && shears.are_finite();
@@ -144,7 +144,7 @@ impl<const ANY: bool> Gather<'_, ANY> {
         Parts { occluded, rest }
     }
 
-    /// The fan of some rays if it is narrow, or else how many times as wide as that it is.
+    /// The fan of some rays if it is narrow, or else the factor by which it is too wide.
     #[inline(always)]
     fn fan(&self, shears: &Shears, members: u32) -> Result<Fan, f64> {
         let Self { accelerator, sheaf, end, .. } = self;

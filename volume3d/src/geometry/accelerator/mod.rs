@@ -1,14 +1,13 @@
-//! Where rays meet a triangle mesh.
+//! Ray–mesh intersection.
 //!
-//! A hierarchy of boxes, eight children a node and up to eight triangles a leaf, is traversed in single precision
-//! with eight lanes at a time. It only ever decides what need not be looked at: boxes and triangles are
-//! refused with derived error bounds. Whether and where a triangle is hit is decided in double precision by a
-//! watertight test; only whether anything is hit may be known before, from a triangle met by more than the
-//! bounds. So the answer is a function of ray and mesh alone: the accepted triangle of least distance,
-//! and of those at the same distance the one of lowest index, whatever the instructions of the machine, the
-//! number of threads of the build or the company a ray travels in.
+//! A hierarchy of boxes, with eight children per node and up to eight triangles per leaf, is traversed in
+//! single precision in eight lanes. It only rejects boxes and triangles, with derived error bounds. Hits are
+//! decided in double precision by a watertight test, except that an occlusion query may accept a triangle
+//! that is hit by more than the error bounds. The result is therefore a function of ray and mesh alone: the
+//! accepted triangle of least distance, and among equals the one of lowest index, independent of the
+//! instruction set, the number of threads, and the other rays of a bundle.
 //!
-//! Coordinates are expected below 10⁷⁵ in magnitude, where products of two areas are finite.
+//! Coordinates are expected below 10⁷⁵ in magnitude, so that products of two areas are finite.
 
 mod build;
 mod bundle;
@@ -42,22 +41,22 @@ use traverse::{Collect, Traversal};
 use tree::Tree;
 use watertight::Crossing;
 
-/// A ray, or the piece of it between two distances.
+/// A ray, or its piece between two distances.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
-    /// Where distances are measured from.
+    /// Origin of distances.
     pub origin: DVec3,
     /// Unit length.
     pub direction: DVec3,
-    /// Hits are farther than this.
+    /// Lower bound (exclusive) on hit distances.
     pub near: f64,
-    /// Hits are nearer than this; may be infinite.
+    /// Upper bound (exclusive) on hit distances; may be infinite.
     pub far: f64,
-    /// The triangle the origin lies on, which is never hit.
+    /// The triangle that contains the origin, which is never hit.
     pub from: Option<u32>,
 }
 
-/// Where a ray meets a mesh.
+/// Intersection of a ray with a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// Index of the triangle.
@@ -68,7 +67,7 @@ pub struct Hit {
     pub barycentric: [f64; 3],
 }
 
-/// The triangles of a mesh, arranged for rays.
+/// Acceleration structure over the triangles of a mesh.
 ///
 /// # Guarantees
 ///
@@ -81,18 +80,18 @@ pub struct Accelerator {
     frame: Frame,
     tree: Tree,
     bounds: (DVec3, DVec3),
-    /// The triangles that are never hit, which the hierarchy does not contain.
+    /// Triangles that are never hit, which the hierarchy does not contain.
     left_out: Vec<u32>,
-    /// What a ray through the hierarchy is expected to cost, as it was built.
+    /// Expected cost of a ray through the hierarchy, at the time of building.
     cost: f64,
     instructions: Instructions,
 }
 
-/// A hierarchy is built anew where rays through the old one would cost this many times as much as when it was built.
+/// Cost increase, relative to the time of building, at which a hierarchy is rebuilt.
 const WORST_COST: f64 = 1.5;
 
 impl Accelerator {
-    /// How many triangles there may be: 2²⁸ − 1.
+    /// Largest number of triangles: 2²⁸ − 1.
     pub const MOST: usize = (1 << 28) - 1;
 
     /// Builds the hierarchy over `triangles`, which index `positions`.
@@ -121,9 +120,8 @@ impl Accelerator {
         Self { frame, tree, bounds, left_out, cost, instructions: Instructions::detect() }
     }
 
-    /// Moves the hierarchy along with the positions of its triangles. It is built anew instead where triangles of zero
-    /// area come or go, or where boxes have grown so much that rays would take half as long again
-    /// as when it was built.
+    /// Refits the hierarchy to new positions of its triangles. It is rebuilt instead if triangles become or
+    /// cease to be degenerate, or if the expected cost of rays has grown by half since it was built.
     ///
     /// Hits are those of a new hierarchy, bit for bit.
     ///
@@ -143,8 +141,8 @@ impl Accelerator {
         *self = Self::build(positions, triangles);
     }
 
-    /// Lower and upper corner of the box around all triangles that can be hit; without any, the lower one is
-    /// +∞ and the upper one −∞.
+    /// Lower and upper corner of the bounding box of all triangles that can be hit; without any, the lower
+    /// one is +∞ and the upper one −∞.
     #[must_use]
     pub fn bounds(&self) -> (DVec3, DVec3) {
         self.bounds
@@ -165,7 +163,7 @@ impl Accelerator {
         self.occluded_before(ray, None)
     }
 
-    /// The same of a ray that ends before a triangle, which is never hit.
+    /// Whether a ray that ends in front of a triangle, which is never hit, hits anything.
     #[must_use]
     #[inline]
     pub fn occluded_before(&self, ray: &Ray, target: Option<u32>) -> bool {
@@ -182,7 +180,7 @@ impl Accelerator {
     }
 }
 
-/// What a hierarchy is built over.
+/// Input of a hierarchy.
 #[derive(Clone, Copy)]
 struct Mesh<'a> {
     positions: &'a [DVec3],
@@ -198,7 +196,7 @@ impl Mesh<'_> {
         self.triangles.len() as u32
     }
 
-    /// What is hit, and what is not.
+    /// Classification of triangles as hittable or not.
     fn solid(&self) -> Solid {
         let add = |mut sum: Solid, triangle: u32| {
             let corners = self.corners(triangle);
@@ -215,7 +213,7 @@ impl Mesh<'_> {
     }
 }
 
-/// The triangles of a mesh that no ray hits, in order, and the box around all others.
+/// The triangles that no ray hits, in order, and the bounding box of all others.
 struct Solid {
     left_out: Vec<u32>,
     bounds: (DVec3, DVec3),
@@ -228,7 +226,7 @@ impl Default for Solid {
 }
 
 impl Solid {
-    /// With that of later triangles.
+    /// The union with that of later triangles.
     fn followed_by(mut self, mut later: Self) -> Self {
         self.left_out.append(&mut later.left_out);
         let ((a, b), (c, d)) = (self.bounds, later.bounds);
@@ -245,7 +243,7 @@ fn is_solid(corners: &[DVec3; 3]) -> bool {
     corners.iter().all(|p| p.is_finite()) && !(flat(0, 1) && flat(1, 2) && flat(2, 0))
 }
 
-/// A box in single precision, no smaller than in double precision.
+/// A single-precision box that contains a double-precision one.
 fn rounded_out(lower: DVec3, upper: DVec3) -> Bounds {
     let down = |x: f64| if f64::from(x as f32) <= x { x as f32 } else { (x as f32).next_down() };
     let up = |x: f64| if f64::from(x as f32) >= x { x as f32 } else { (x as f32).next_up() };
@@ -255,7 +253,7 @@ fn rounded_out(lower: DVec3, upper: DVec3) -> Bounds {
     }
 }
 
-/// The least hit so far, by distance and then by index.
+/// The nearest hit so far, by distance and then by index.
 struct Closest<'a> {
     ray: &'a Ray,
     depth: Option<Depth>,
@@ -310,10 +308,10 @@ impl Collect for Closest<'_> {
     }
 }
 
-/// Whether there is a hit.
+/// Occlusion query.
 struct Any<'a> {
     ray: &'a Ray,
-    /// A triangle that does not count.
+    /// A triangle that is ignored.
     target: Option<u32>,
     found: bool,
 }
@@ -340,7 +338,7 @@ impl Collect for Any<'_> {
             return None;
         }
         self.found = true;
-        // Nothing is that near: the traversal ends.
+        // No hit can be that near: the traversal ends.
         Some(f32::NEG_INFINITY)
     }
 }

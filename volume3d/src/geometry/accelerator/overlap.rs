@@ -1,5 +1,5 @@
-//! Pairs of triangles whose boxes meet, or miss one another by the rounding of what put their surfaces together: the
-//! hierarchy queried with itself.
+//! Pairs of triangles whose boxes meet, up to the rounding of transforms, by a query of the hierarchy against
+//! itself.
 
 use glam::{DVec3, Vec3A};
 use rayon::prelude::*;
@@ -18,11 +18,11 @@ struct Place {
 }
 
 impl Accelerator {
-    /// What `visit` finds in all pairs of triangles whose boxes meet to rounding, each pair once with the lower index first.
-    /// The order depends on the hierarchy alone, not on the number of threads.
+    /// Results of `visit` for all pairs of triangles whose boxes meet up to rounding, each pair once with the
+    /// lower index first. The order depends only on the hierarchy, not on the number of threads.
     ///
     /// `positions` and `triangles` must be those that the hierarchy was built over; the positions were given,
-    /// and rounded, from another origin.
+    /// and rounded, relative to another origin.
     pub(crate) fn each_pair<T: Send>(
         &self,
         positions: &[DVec3],
@@ -47,7 +47,7 @@ impl Accelerator {
         found.into_iter().flatten().collect()
     }
 
-    /// The pairs of two leaves, or of one leaf with itself.
+    /// Pairs between two leaves, or within one leaf.
     fn pairs(
         &self,
         (mesh, origin): (Mesh<'_>, DVec3),
@@ -62,9 +62,9 @@ impl Accelerator {
             let [a, b, c] = mesh.corners(t);
             let (low, high) = (a.min(b).min(c), a.max(b).max(c));
             let rounding = ROUNDING * largest(low - origin, high - origin);
-            // What is smaller than its rounding has no plane and no edges that could be told to lie upon
-            // others; that it passes through them is told exactly. Where coordinates have lost their digits
-            // all boxes would meet otherwise.
+            // Triangles smaller than their rounding have no well-defined plane or edges for contact tests;
+            // whether they cross is decided exactly. Without this case all boxes would meet where coordinates
+            // have lost their digits.
             let is_lost = (high - low).length() <= 0.5 * rounding;
             let rounding = if is_lost { 0.0 } else { rounding };
             (low - rounding, high + rounding)
@@ -87,7 +87,7 @@ impl Accelerator {
     }
 }
 
-/// The largest coordinate within a box.
+/// Largest coordinate within a box.
 fn largest(low: DVec3, high: DVec3) -> f64 {
     low.abs().max(high.abs()).max_element()
 }
@@ -108,7 +108,7 @@ impl Tree {
         places
     }
 
-    /// Calls with every leaf from this one on whose box meets its box.
+    /// Calls back with every leaf, from this one on, whose box meets its box.
     fn meet(&self, place: &Place, stack: &mut Vec<Link>, mut visit: impl FnMut(Link)) {
         if self.nodes.is_empty() {
             return;
@@ -138,7 +138,7 @@ impl Node {
         Bounds { lower: plane(0), upper: plane(1) }
     }
 
-    /// The children whose boxes meet a box, as bits: boxes in the frame are no smaller than what they are around.
+    /// Bit mask of children whose boxes meet a box; boxes in the frame contain their contents.
     fn met(&self, bounds: Bounds) -> u32 {
         let mut met = [true; WIDTH];
         for (axis, [lower, upper]) in self.planes.iter().enumerate() {

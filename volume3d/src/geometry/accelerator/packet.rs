@@ -1,4 +1,4 @@
-//! Up to sixteen rays with one origin, one longest axis and similar slopes, through the hierarchy at once.
+//! Packets: up to sixteen rays with one origin, one longest axis and similar slopes, traced together.
 
 use super::fan::Fan;
 use super::fan_filter::{BoxTest, FanRow, TriangleTest};
@@ -8,7 +8,7 @@ use super::watertight::{Crossing, Crossings, ROWS, ShearRow, Shears, relative};
 use super::{Accelerator, Hit};
 use crate::lanes::{Lanes, Task, WIDTH, next};
 
-/// What the rays of a bundle share besides their origin.
+/// Limits shared by the rays of a bundle.
 #[derive(Clone, Copy)]
 pub(super) struct Limits {
     pub(super) near: f64,
@@ -16,19 +16,19 @@ pub(super) struct Limits {
     pub(super) from: Option<u32>,
 }
 
-/// The best of every ray so far.
+/// Nearest hits so far.
 pub(super) struct Packet {
     rows: [PacketRow; ROWS],
 }
 
-/// The same of a row of lanes.
+/// Nearest hits of a row of lanes.
 #[derive(Clone, Copy)]
 struct PacketRow {
     fan: FanRow,
-    /// Depth over distance.
+    /// Depth per distance.
     scale: [f64; WIDTH],
     distance: [f64; WIDTH],
-    /// Of lanes with a hit, which `found` has as bits.
+    /// Hits of the lanes in the bit mask `found`.
     triangle: [u32; WIDTH],
     edges: [[f64; WIDTH]; 3],
     found: u32,
@@ -56,7 +56,7 @@ impl PacketRow {
         row
     }
 
-    /// Takes the crossings of a mask that are the best of their rays so far; whether there are any.
+    /// Accepts the crossings of a mask that are nearer than previous ones; returns whether there are any.
     #[inline(always)]
     fn take(&mut self, fan: &Fan, triangle: u32, crossings: &Crossings, mut lanes: u32, near: f64) -> bool {
         let mut better = false;
@@ -113,7 +113,7 @@ impl Packet {
         }
     }
 
-    /// The greatest depth at which any ray still looks for a hit.
+    /// Greatest depth at which any ray still looks for a hit.
     #[inline(always)]
     fn greatest_limit(&self) -> f32 {
         let [low, high] = &self.rows;
@@ -121,7 +121,7 @@ impl Packet {
     }
 }
 
-/// A packet through the whole tree.
+/// Traversal of the whole tree by a packet.
 pub(super) struct PacketTraversal<'a> {
     pub(super) accelerator: &'a Accelerator,
     pub(super) fan: &'a Fan,
@@ -189,7 +189,7 @@ impl PacketTraversal<'_> {
         }
     }
 
-    /// The exact test of a triangle with the rays of a mask; whether any of them came closer.
+    /// Exact test of a triangle against the rays of a mask; returns whether any of them found a nearer hit.
     #[inline(always)]
     fn decide<L: Lanes>(&mut self, lanes: L, leaf: Link, lane: usize, rays: u32) -> bool {
         let tree = &self.accelerator.tree;
@@ -197,7 +197,7 @@ impl PacketTraversal<'_> {
         if self.limits.from == Some(triangle) {
             return false;
         }
-        // The origin and the axes are those of all rays.
+        // Origin and axes are common to all rays.
         let relative = relative(tree.corners(leaf, lane), self.shears.axes, self.shears.origin);
         let mut closer = false;
         for row in 0..ROWS {

@@ -1,4 +1,4 @@
-//! The filters of a ray: what it may meet of eight boxes, and of eight triangles.
+//! Filters of single rays: eight boxes, and eight triangles.
 
 use super::frame::FrameRay;
 use super::frame_rays::FrameRays;
@@ -6,11 +6,11 @@ use super::tree::{Leaf, Node};
 use super::watertight::PERMUTATIONS;
 use crate::lanes::{Lanes, Row, Steps};
 
-/// A ray against eight boxes: slabs, with the error bounds in the depths of zero (see the frame).
+/// A ray against eight boxes: slabs, with error bounds in the depths of zero (see the frame).
 pub(super) struct BoxTest<L: Lanes> {
     lanes: L,
     negative: [bool; 3],
-    /// By axis, of the near plane and of the far plane.
+    /// By axis, for the near plane and the far plane.
     zero: [[L::Float; 2]; 3],
     inverse: [L::Float; 3],
     /// Depth 0, where the ray enters the scene.
@@ -29,7 +29,7 @@ impl<L: Lanes> BoxTest<L> {
         Self { lanes, negative: ray.negative, zero, inverse, near: lanes.splat(0.0) }
     }
 
-    /// The same of a ray beside others.
+    /// The test of one ray of [`FrameRays`].
     #[inline(always)]
     pub(super) fn beside(lanes: L, rays: &FrameRays, at: usize) -> Self {
         let mut zero = [[lanes.splat(0.0); 2]; 3];
@@ -43,7 +43,7 @@ impl<L: Lanes> BoxTest<L> {
         Self { lanes, negative, zero, inverse, near: lanes.splat(0.0) }
     }
 
-    /// The boxes entered no deeper than `limit`, and the depths where.
+    /// Boxes entered no deeper than `limit`, and their entry depths.
     #[inline(always)]
     pub(super) fn entered(&self, node: &Node, limit: f32) -> (u32, Row) {
         let lanes = self.lanes;
@@ -68,21 +68,21 @@ pub(super) struct TriangleTest<L: Lanes> {
     /// 1 or −1, from the last axis to depth.
     forward: L::Float,
     origin: [L::Float; 3],
-    /// Against depth.
+    /// Slopes against depth.
     slopes: [L::Float; 2],
     near: L::Float,
     /// Depths of the interval, narrowed.
     within: [L::Float; 2],
-    /// The error of a sheared coordinate but for the grid's.
+    /// Error of a sheared coordinate, without that of the grid.
     error: f32,
 }
 
-/// What the filter finds of eight triangles.
+/// Result of the filter for eight triangles.
 #[derive(Clone, Copy)]
 pub(super) struct Filtered<L: Lanes> {
-    /// Those that the exact test may accept, as bits.
+    /// Bit mask of triangles that the exact test may accept.
     pub(super) candidates: u32,
-    /// Of the edge functions, and their error.
+    /// Extremes of the edge functions, and their error.
     least: L::Float,
     greatest: L::Float,
     slack: L::Float,
@@ -91,14 +91,15 @@ pub(super) struct Filtered<L: Lanes> {
     last: L::Float,
 }
 
-/// Error of an edge function c_x b_y − c_y b_x of sheared coordinates off by e, over e times the sum of
-/// |x| + |y| over all three vertices: the errors of the factors contribute e (|b_x| + |b_y| + |c_x| + |c_y|) + 2 e².
-/// The roundings of two products and a difference contribute 2 u (|c_x b_y| + |c_y b_x|) with all coordinates
-/// below 4, so 8 u (|b_x| + |b_y|) or less than half of e. The computed coordinates may be smaller than the true
-/// ones by e each, which is within the absolute term of [`EDGE_FLOOR`].
+/// Error of an edge function c_x b_y − c_y b_x of sheared coordinates off by e, divided by e times the sum of
+/// |x| + |y| over all three vertices: the errors of the factors contribute e
+/// (|b_x| + |b_y| + |c_x| + |c_y|) + 2 e². The roundings of two products and a difference contribute 2 u
+/// (|c_x b_y| + |c_y b_x|) with all coordinates below 4, so 8 u (|b_x| + |b_y|) or less than half of e. The
+/// computed coordinates may be smaller than the true ones by e each, which is within the absolute term of
+/// [`EDGE_FLOOR`].
 const EDGE_SHARE: f32 = 1.5;
 
-/// The terms of second order of the same bound, over e²: 2, and 1.5 for each of 6 coordinates.
+/// Second-order terms of that bound, divided by e²: 2, and 1.5 for each of 6 coordinates.
 const EDGE_FLOOR: f32 = 12.0;
 
 impl<L: Lanes> TriangleTest<L> {
@@ -117,7 +118,7 @@ impl<L: Lanes> TriangleTest<L> {
         }
     }
 
-    /// The same of a ray beside others.
+    /// The test of one ray of [`FrameRays`].
     #[inline(always)]
     pub(super) fn beside(lanes: L, rays: &FrameRays, at: usize) -> Self {
         let axes = PERMUTATIONS[usize::from(rays.along[at]) % 3];
@@ -161,8 +162,8 @@ impl<L: Lanes> TriangleTest<L> {
         Filtered { candidates, least, greatest, slack, first, last }
     }
 
-    /// The triangles that the exact test accepts for certain, with a distance within the ray: those whose edge
-    /// functions differ from zero by more than their error, and that lie within the interval with all three vertices.
+    /// Triangles that the exact test certainly accepts, at a distance within the ray: those whose edge
+    /// functions differ from zero by more than their error, and whose three vertices lie within the interval.
     #[inline(always)]
     pub(super) fn certain(&self, filtered: &Filtered<L>) -> u32 {
         let lanes = self.lanes;
@@ -181,11 +182,11 @@ impl<L: Lanes> TriangleTest<L> {
     }
 }
 
-/// The grid of a leaf as a ray sees it. Half a step along its own axis and, with slopes of at most 1, half a step in depth
-/// put a sheared coordinate off by a step at most.
+/// The grid of a leaf relative to a ray. Half a step along its own axis and, with slopes of at most 1, half a
+/// step in depth put a sheared coordinate off by at most one step.
 pub(super) struct Grid<L: Lanes> {
     axes: [usize; 3],
-    /// From the origin, axes permuted.
+    /// Relative to the origin, axes permuted.
     anchor: [L::Float; 3],
     step: L::Float,
 }
@@ -203,7 +204,7 @@ impl<L: Lanes> Grid<L> {
         Self { axes, anchor, step: lanes.splat(leaf.step) }
     }
 
-    /// Vertices from the origin, axes permuted.
+    /// Vertices relative to the origin, axes permuted.
     #[inline(always)]
     pub(super) fn relative(&self, lanes: L, vertex: &[Steps; 3]) -> [L::Float; 3] {
         let [x, y, z] = self.axes;

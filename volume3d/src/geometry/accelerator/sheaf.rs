@@ -1,44 +1,43 @@
-//! Up to sixteen rays that leave surfaces, and that end at one point or have one direction: shadow rays towards a point of
-//! a light, or rays that leave a flat surface alike.
+//! Sheaves: up to sixteen rays that leave surfaces and end at one point or have one direction, such as shadow
+//! rays towards a point of a light, or parallel rays from a flat surface.
 //!
-//! They go through the hierarchy at once. What each of them meets is what it meets alone, bit for bit.
+//! They are traced together. Each has the hit that it has alone, bit for bit.
 
 use glam::DVec3;
 
 use super::Ray;
 use super::watertight::PACKET;
 
-/// The triangle that is left by rays which leave none.
+/// Index for rays that leave no triangle.
 const NONE: u32 = u32::MAX;
 
-/// Rays side by side.
+/// Rays in structure-of-arrays form.
 #[derive(Clone, Copy, Debug)]
 pub struct Sheaf {
-    /// By coordinate.
+    /// Origins, by coordinate.
     pub origins: [[f64; PACKET]; 3],
-    /// By coordinate, of unit length.
+    /// Unit directions, by coordinate.
     pub directions: [[f64; PACKET]; 3],
-    /// Hits are farther than this; if it is negative, rays are traced alone.
+    /// Lower bound on hit distances; if negative, rays are traced individually.
     pub near: f64,
-    /// Hits are nearer than this; may be infinite.
+    /// Upper bound on hit distances; may be infinite.
     pub far: [f64; PACKET],
-    /// The triangles that origins lie on, which are never hit by their rays.
+    /// Triangles that contain the origins, which are never hit by their rays.
     pub from: [u32; PACKET],
-    /// The triangles in which rays end, which are never hit by them when only whether anything is hit is
-    /// asked.
+    /// Triangles in which rays end, which occlusion queries ignore.
     pub target: [u32; PACKET],
-    /// The places that have a ray, as bits.
+    /// Bit mask of occupied places.
     pub members: u32,
 }
 
 impl Sheaf {
-    /// How many rays there are at most.
+    /// Largest number of rays.
     pub const MOST: usize = PACKET;
 
-    /// In place of a triangle, that there is none.
+    /// Index for no triangle.
     pub const NONE: u32 = NONE;
 
-    /// Without any ray.
+    /// No rays.
     pub const EMPTY: Self = Self {
         origins: [[0.0; PACKET]; 3],
         directions: [[0.0; PACKET]; 3],
@@ -76,7 +75,7 @@ impl Sheaf {
         }
     }
 
-    /// Those of some rays whose direction is longest along an axis, with a sign.
+    /// Rays among `members` whose direction is longest along an axis, with a sign.
     #[inline(always)]
     pub(super) fn along(&self, members: u32, along: usize, sign: f64) -> u32 {
         let [x, y, z] = &self.directions;
@@ -89,7 +88,7 @@ impl Sheaf {
         rays & members
     }
 
-    /// Those of some rays that have a direction.
+    /// Rays among `members` with a given direction.
     #[inline(always)]
     pub(super) fn alike(&self, members: u32, direction: DVec3) -> u32 {
         let [x, y, z] = &self.directions;
@@ -102,11 +101,11 @@ impl Sheaf {
     }
 }
 
-/// Where rays of a sheaf end.
+/// Common end of the rays of a sheaf.
 #[derive(Clone, Copy, Debug)]
 pub struct Goal<'a> {
     /// The point.
     pub point: DVec3,
-    /// How far it is from their origins; rays that go on beyond it are traced alone.
+    /// Its distances from their origins; rays that continue beyond it are traced individually.
     pub distances: &'a [f64; PACKET],
 }

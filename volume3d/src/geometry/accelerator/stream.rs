@@ -1,8 +1,8 @@
-//! A stream of rays through the hierarchy: a node or a leaf is tried with all rays that meet it, one after the other.
+//! Streams of rays: each node or leaf is tested against all rays that meet it, one after the other.
 //!
-//! Rays need nothing in common. Their tests do not wait for one another, and what a node needs is at hand for
-//! all of them. Only whether anything is hit is asked: no order of nodes is best for all rays. What is refused and what is
-//! certain is decided by the filters of single rays, and the rest by the exact test.
+//! Rays need not have anything in common. Their tests are independent, and the data of a node are loaded once
+//! for all of them. Streams answer occlusion queries only, as no order of nodes is best for all rays. The
+//! filters of single rays reject or accept with certainty, and the exact test decides the rest.
 
 use super::Accelerator;
 use super::frame_rays::FrameRays;
@@ -13,12 +13,12 @@ use super::tree::Link;
 use super::watertight::{PACKET, Shear};
 use crate::lanes::{Lanes, Task, WIDTH, next};
 
-/// Rays of which only whether they hit anything is asked.
+/// Rays of an occlusion query.
 #[derive(Clone, Copy, Debug)]
 pub struct Shadows<'a> {
     /// The rays.
     pub sheaf: &'a Sheaf,
-    /// Where they end, if that is one point.
+    /// Their end, if it is one point.
     pub end: Option<&'a Goal<'a>>,
 }
 
@@ -28,10 +28,10 @@ pub(super) const SHEAVES: usize = 2;
 /// Rays of a stream.
 const RAYS: usize = SHEAVES * PACKET;
 
-/// With fewer rays than this, each goes alone.
+/// Number of rays below which they are traced individually.
 const FEWEST: u32 = 3;
 
-/// A link to be followed, and the rays that meet its box, as bits.
+/// A pending link, and the bit mask of rays that meet its box.
 #[derive(Clone, Copy)]
 struct Waiting {
     link: Link,
@@ -43,7 +43,7 @@ impl Waiting {
 }
 
 impl Accelerator {
-    /// Which of some rays hit anything, as bits.
+    /// Bit masks of rays that hit anything.
     pub(super) fn occluded_stream(
         &self,
         shadows: &[Shadows<'_>; SHEAVES],
@@ -73,7 +73,7 @@ struct Start<'a> {
 }
 
 impl Task for Start<'_> {
-    /// Rays that must go alone, and those that hit anything.
+    /// Rays that must be traced individually, and those that hit anything.
     type Output = ([u32; SHEAVES], [u32; SHEAVES]);
 
     #[inline(always)]
@@ -104,12 +104,12 @@ impl Task for Start<'_> {
     }
 }
 
-/// Rays on their way.
+/// Rays under way.
 struct Stream<'a> {
     accelerator: &'a Accelerator,
     shadows: &'a [Shadows<'a>; SHEAVES],
     rays: [FrameRays; SHEAVES],
-    /// The rays that hit something, as bits.
+    /// Bit mask of rays that hit something.
     occluded: u32,
 }
 
@@ -152,7 +152,7 @@ impl Stream<'_> {
         }
     }
 
-    /// Takes note of the rays that hit a triangle of a leaf.
+    /// Records the rays that hit a triangle of a leaf.
     #[inline(always)]
     fn meet<L: Lanes>(&mut self, lanes: L, link: Link, mut rays: u32) {
         let tree = &self.accelerator.tree;
@@ -164,7 +164,8 @@ impl Stream<'_> {
             let rays = &self.rays[bit / PACKET % SHEAVES];
             let test = TriangleTest::beside(lanes, rays, at);
             let filtered = test.filtered(leaf, rays.far[at]);
-            // Most candidates are the triangle that a ray leaves: taken out before anything branches on them.
+            // Most candidates are the triangle that a ray leaves: it is removed before any branch depends on
+            // them.
             let left_out = [shadows.sheaf.from[at], shadows.sheaf.target[at]];
             let candidates = filtered.candidates & link.mask() & but(lanes, triangles, left_out);
             if candidates != 0 {
@@ -175,7 +176,7 @@ impl Stream<'_> {
         }
     }
 
-    /// The exact test of a ray with some triangles of a leaf: whether it hits one of them.
+    /// Exact test of a ray against some triangles of a leaf: whether it hits one of them.
     #[inline(always)]
     fn crosses(&self, sheaf: &Sheaf, at: usize, leaf: Link, mut lanes: u32) -> bool {
         let Some(shear) = Shear::new(sheaf.origin(at), sheaf.direction(at)) else { return false };
@@ -190,7 +191,7 @@ impl Stream<'_> {
     }
 }
 
-/// All triangles but two, as bits. Without branches: the lanes are compared side by side.
+/// Bit mask of all triangles but two. Branchless: the lanes are compared in SIMD.
 #[inline(always)]
 fn but<L: Lanes>(lanes: L, triangles: &[u32; WIDTH], [a, b]: [u32; 2]) -> u32 {
     let mut others = [0.0; WIDTH];

@@ -1,8 +1,8 @@
-//! A fan of rays that leave surfaces, through the whole hierarchy.
+//! Traversal of the hierarchy by a fan of rays that leave surfaces.
 //!
-//! Rays that end at one point are traced backwards from there; those of one direction from a plane behind their origins.
-//! The fan decides what need not be looked at and, if any hit is enough, what is hit for certain. The rest is decided by
-//! the test of each ray from its own origin.
+//! Rays that end at one point are traced backwards from there; those of one direction from a plane behind
+//! their origins. The fan rejects and, for occlusion queries, accepts hits that are certain. The remainder is
+//! decided by the exact test of each ray from its own origin.
 
 use super::fan::{Fan, beside};
 use super::fan_filter::{BoxTest, FanRow, TriangleTest};
@@ -14,17 +14,17 @@ use super::watertight::{Crossing, PACKET, ROWS, Shear, Shears};
 use super::{Accelerator, Hit};
 use crate::lanes::{Lanes, Row, WIDTH, next};
 
-/// What is known of every ray so far.
+/// Results of every ray so far.
 pub(super) struct Found {
     rows: [FanRow; ROWS],
-    /// By row, the depths within which rays count for certain.
+    /// By row, the depths within which hits are certain.
     within: [[Row; 2]; ROWS],
-    /// From distances to depths, by ray.
+    /// Map from distances to depths, by ray.
     depths: [Depth; PACKET],
-    /// Rays that something is in the way of, and those that may have another hit, as bits.
+    /// Bit masks of occluded rays, and of those that may have another hit.
     pub(super) occluded: u32,
     open: u32,
-    /// The first hits, of rays that have one.
+    /// First hits of rays that have one.
     distance: [f64; PACKET],
     triangle: [u32; PACKET],
     edges: [[f64; 3]; PACKET],
@@ -59,7 +59,7 @@ impl Found {
                 let at = index * WIDTH + lane;
                 let depth = fan.depth_of(row.inverse[lane], sheaf.origins[fan.along][at]);
                 found.depths[at] = depth;
-                // From the end what is nearer to the origin is farther.
+                // Seen from the end, objects nearer to the origin are farther away.
                 let (first, last) = match end {
                     Some(end) => (end.distances[at] - sheaf.far[at], end.distances[at] - sheaf.near),
                     None => (sheaf.near, sheaf.far[at]),
@@ -75,7 +75,7 @@ impl Found {
         found
     }
 
-    /// The first hits, of rays that have one.
+    /// Writes the first hits of rays that have one.
     #[inline(always)]
     pub(super) fn write(&self, hits: &mut [Option<Hit>]) {
         let mut lanes = self.occluded;
@@ -93,7 +93,7 @@ impl Found {
         low.greatest_limit().max(high.greatest_limit())
     }
 
-    /// Takes note that something is in the way of rays: no more is asked about them.
+    /// Marks rays as occluded; they need no further tests.
     #[inline(always)]
     fn close(&mut self, mut rays: u32) {
         self.occluded |= rays;
@@ -105,7 +105,7 @@ impl Found {
         }
     }
 
-    /// Takes a crossing if it is the first one of a ray so far; whether it is.
+    /// Accepts a crossing if it is the first one of a ray so far; returns whether it is.
     #[inline(always)]
     fn take(&mut self, at: usize, triangle: u32, near: f64, crossing: Crossing) -> bool {
         let distance = crossing.distance;
@@ -121,7 +121,7 @@ impl Found {
     }
 }
 
-/// A fan through the whole tree.
+/// Traversal of the whole tree by a fan.
 pub(super) struct Sweep<'a, const ANY: bool> {
     pub(super) accelerator: &'a Accelerator,
     pub(super) sheaf: &'a Sheaf,
@@ -195,7 +195,7 @@ impl<const ANY: bool> Sweep<'_, ANY> {
         }
     }
 
-    /// The rays that never hit a triangle, as they leave it or end on it, as bits.
+    /// Bit mask of rays that never hit a triangle, as they leave it or end on it.
     #[inline(always)]
     fn leaving(&self, triangle: u32) -> u32 {
         let Sheaf { from, target, .. } = self.sheaf;
@@ -206,8 +206,8 @@ impl<const ANY: bool> Sweep<'_, ANY> {
         rays
     }
 
-    /// The exact test of a triangle with the rays of a mask, some others of which hit it for certain; whether anything
-    /// comes of it.
+    /// Exact test of a triangle against the rays of a mask, some others of which hit it with certainty;
+    /// returns whether any result changed.
     #[inline(always)]
     fn decide(&mut self, leaf: Link, lane: usize, mut rays: u32, certain: u32) -> bool {
         let tree = &self.accelerator.tree;

@@ -1,4 +1,4 @@
-//! Single rays through the hierarchy: eight boxes, then eight triangles at a time.
+//! Traversal by single rays: eight boxes, then eight triangles at a time.
 
 use super::frame::{Depth, FrameRay};
 use super::ray_filter::{BoxTest, TriangleTest};
@@ -7,14 +7,14 @@ use super::watertight::{Crossing, Shear};
 use super::{Accelerator, Ray};
 use crate::lanes::{Lanes, Row, Task, next};
 
-/// Links kept on the machine's stack: trees of up to 9 levels. Deeper ones take memory from the heap.
+/// Links on the stack: enough for trees of up to 9 levels. Deeper ones allocate on the heap.
 pub(super) const PENDING: usize = 64;
 
-/// The same of trees of two levels: memory is cleared for every ray.
+/// Links on the stack for trees of two levels: the memory is cleared for every ray.
 const FEW_PENDING: usize = 16;
 
-/// A link to be followed and the depth at which the ray enters its box, as one number that sorts by depth: the
-/// bits of floats that are not negative sort like the floats.
+/// A pending link and the depth at which the ray enters its box, as one number that sorts by depth: the bits
+/// of nonnegative floats sort like the floats.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Pending(u64);
 
@@ -37,7 +37,7 @@ impl Pending {
     }
 }
 
-/// Links to be followed later, nearest on top as far as they come from one node.
+/// Pending links, nearest on top among those of one node.
 pub(super) struct Stack<'a> {
     entries: &'a mut [Pending],
     height: usize,
@@ -62,8 +62,8 @@ impl<'a> Stack<'a> {
         None
     }
 
-    /// Keeps the children of a mask but the nearest, which is returned; one or two take no branch that
-    /// depends on their order.
+    /// Pushes the children of a mask except the nearest, which is returned; for one or two children there is
+    /// no branch that depends on their order.
     #[inline(always)]
     pub(super) fn descend<L: Lanes>(
         &mut self,
@@ -95,21 +95,21 @@ impl<'a> Stack<'a> {
     }
 }
 
-/// What a traversal collects, and when it has enough.
+/// Collector of hits.
 pub(super) trait Collect {
     /// Whether any hit is enough.
     const ANY: bool;
-    /// Learns how distances along the ray become depths.
+    /// Sets the map from distances to depths.
     fn prepare(&mut self, depth: Depth);
     /// Whether a triangle may be hit.
     fn counts(&self, triangle: u32) -> bool;
-    /// Takes a hit of any triangle, if [`Collect::ANY`].
+    /// Records a hit of any triangle, if [`Collect::ANY`].
     fn take_any(&mut self);
-    /// Takes a crossing of a triangle. The answer is a new limit of depth, if there is one.
+    /// Takes a crossing of a triangle. Returns a new limit of depth, if there is one.
     fn take(&mut self, triangle: u32, crossing: Crossing) -> Option<f32>;
 }
 
-/// One ray through the whole tree.
+/// Traversal of the whole tree by one ray.
 pub(super) struct Traversal<'a, C> {
     pub(super) accelerator: &'a Accelerator,
     pub(super) ray: &'a Ray,
@@ -180,7 +180,7 @@ impl<C: Collect> Traversal<'_, C> {
             while candidates != 0 {
                 let lane = next(&mut candidates);
                 let triangle = tree.triangles(link)[lane];
-                // A ray that leaves a surface meets its own triangle first of all: no exact test of it.
+                // A ray that leaves a surface meets its own triangle first: no exact test of it.
                 if self.collect.counts(triangle)
                     && let Some(crossing) = shear.intersect(tree.corners(link, lane))
                     && let Some(closer) = self.collect.take(triangle, crossing)

@@ -1,8 +1,9 @@
-//! The hierarchy in memory: nodes of eight boxes, leaves of up to eight triangles.
+//! Memory layout of the hierarchy: nodes of eight boxes, leaves of up to eight triangles.
 //!
-//! Beyond what the nearer caches hold, rays mostly wait for memory: what counts is how many lines a ray touches and how many
-//! one after the other. So the filter has three lines a leaf, asked for when its box is entered, and the exact test
-//! finds its part of a leaf by the same place, so that both are on their way at once.
+//! Beyond the nearer caches, rays mostly wait for memory: the cost is the number of cache lines that a ray
+//! touches, and touches sequentially. The filter therefore has three lines per leaf, prefetched when its box
+//! is entered, and the exact test finds its part of a leaf at the same index, so that both are fetched at
+//! once.
 
 use glam::{DVec3, Vec3A};
 use rayon::prelude::*;
@@ -13,21 +14,21 @@ use super::frame::Frame;
 use super::{Mesh, rounded_out};
 use crate::lanes::{Lanes, Row, Steps, WIDTH};
 
-/// What a cache line holds, in bytes.
+/// Bytes of a cache line.
 const LINE: usize = 64;
 
-/// A bound of an empty box: no depth lies above and below it, and products with reciprocals of
-/// slopes stay ordered.
+/// A bound of an empty box: no depth lies above and below it, and products with reciprocals of slopes stay
+/// ordered.
 const NOWHERE: f32 = 1e30;
 
-/// Vertices of a leaf: eight triangles that hang together by edges have ten at most. Leaves with more take the place of
-/// several, of no more than they have triangles.
+/// Largest number of vertices of a leaf: eight triangles connected by edges have at most ten. Leaves with
+/// more occupy the space of several, no more than they have triangles.
 const VERTICES: usize = WIDTH + 2;
 
 /// Smallest width of a grid: far below a rounding unit of single precision, far above its denormals.
 const SMALLEST_STEP: f32 = 1e-12;
 
-/// A place without a vertex.
+/// An index without a vertex.
 const NO_VERTEX: u32 = u32::MAX;
 
 /// Boxes of eight children, in the frame.
@@ -39,7 +40,7 @@ pub(super) struct Node {
     pub(super) children: [Link; WIDTH],
 }
 
-/// Where a child is: a node, or a leaf with its number of triangles.
+/// Link to a child: a node, or a leaf with its number of triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Link(u32);
 
@@ -72,7 +73,7 @@ impl Link {
         self.0 & Self::LEAF != 0
     }
 
-    /// The node or leaf it points to.
+    /// Index of the node or leaf.
     #[inline(always)]
     pub(super) fn index(self) -> usize {
         if self.is_leaf() { self.index_of_leaf() } else { self.0 as usize }
@@ -90,8 +91,8 @@ impl Link {
     }
 }
 
-/// Up to eight triangles for the filter, in three cache lines: in the frame, rounded to a grid. Lanes past the last repeat
-/// it.
+/// Up to eight triangles for the filter, in three cache lines: in the frame, rounded to a grid. Lanes past
+/// the last repeat it.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub(super) struct Leaf {
@@ -99,33 +100,35 @@ pub(super) struct Leaf {
     pub(super) vertices: [[Steps; 3]; 3],
     /// Lower corner of the leaf's box.
     pub(super) anchor: [f32; 3],
-    /// Width of the grid: along each axis a vertex is off by half of it at most.
+    /// Width of the grid: along each axis a vertex is off by at most half of it.
     pub(super) step: f32,
-    /// By triangle and vertex, places among the leaf's positions.
+    /// By triangle and vertex, indices into the leaf's positions.
     corners: [[u8; 3]; WIDTH],
 }
 
-/// Nodes in depth-first order, the root first, and leaves in the order they are met.
+/// Nodes in depth-first order, the root first, and leaves in the order in which they are reached.
 #[derive(Debug)]
 pub(super) struct Tree {
     pub(super) nodes: Vec<Node>,
     pub(super) leaves: Vec<Leaf>,
-    /// Indices in the mesh of the triangles of each leaf.
+    /// Mesh indices of each leaf's triangles.
     pub(super) triangles: Vec<[u32; WIDTH]>,
-    /// Vertices of leaves in the mesh, each once a leaf, from [`VERTICES`] times the leaf's place on, or [`NO_VERTEX`].
+    /// Mesh indices of leaves' vertices, each once per leaf, from [`VERTICES`] times the leaf's index on, or
+    /// [`NO_VERTEX`].
     vertices: Vec<u32>,
-    /// Where they are.
+    /// Positions of these vertices.
     positions: Vec<[f64; 3]>,
-    /// Root of the mean of half the surface of leaves.
+    /// Root of the mean of half the surface area of leaves.
     pub(super) leaf_size: f64,
-    /// The median of the same root of leaves: a few large ones do not count.
+    /// Median of that root over leaves, insensitive to a few large ones.
     pub(super) typical_leaf: f64,
-    /// Most links a traversal keeps for later.
+    /// Largest number of links that a traversal stores.
     pub(super) pending: usize,
 }
 
 impl Tree {
-    /// Lays out a hierarchy over `references` to triangles of a mesh, without places: see [`fit`](Self::fit).
+    /// Lays out a hierarchy over `references` to triangles of a mesh, without positions: see
+    /// [`fit`](Self::fit).
     pub(super) fn new(root: &Binary, references: &[Reference], mesh: Mesh<'_>) -> Self {
         let mut layout = Layout { references, mesh, tree: Self::empty() };
         let depth = if root.is_leaf() { layout.root_leaf(root) } else { layout.node(root) };
@@ -148,9 +151,9 @@ impl Tree {
         }
     }
 
-    /// Makes all boxes and grids those of the mesh's positions. Returns the cost of the hierarchy: the surface of all boxes
-    /// over that of the root's, which is the expected number of boxes that a ray which meets the root's enters, leaves
-    /// counted as often as they take longer.
+    /// Fits all boxes and grids to the mesh's positions. Returns the cost of the hierarchy: the surface area
+    /// of all boxes relative to the root's, which is the expected number of boxes entered by a ray that meets
+    /// the root's, with leaves weighted by their cost.
     pub(super) fn fit(&mut self, frame: &Frame, mesh: Mesh<'_>) -> f64 {
         self.positions.par_iter_mut().zip(&self.vertices).for_each(|(position, &vertex)| {
             if let Some(p) = mesh.positions.get(vertex as usize) {
@@ -191,21 +194,21 @@ impl Tree {
         if root > 0.0 { (inner + f64::from(LEAF_COST) * outer) / root } else { 0.0 }
     }
 
-    /// Asks for what a link points to, ahead of time: a node, or what the filter needs of a leaf. Without a branch on
-    /// what it is, which would be mispredicted.
+    /// Prefetches the target of a link: a node, or the filter's part of a leaf. Without a branch on the kind,
+    /// which would be mispredicted.
     #[inline(always)]
     pub(super) fn prefetch<L: Lanes>(&self, lanes: L, link: Link) {
         let leaf = address(&self.leaves, link.index_of_leaf());
         let start = if link.is_leaf() { leaf } else { address(&self.nodes, link.0 as usize) };
-        // A leaf has fewer lines: its last one again.
+        // A leaf has fewer lines: its last one is repeated.
         let last = if link.is_leaf() { size_of::<Leaf>() / LINE - 1 } else { size_of::<Node>() / LINE - 1 };
         for line in 0..size_of::<Node>() / LINE {
             lanes.prefetch(start.wrapping_add(LINE * line.min(last)));
         }
     }
 
-    /// Asks for what the exact test needs of a leaf, which lies far from what the filter needs: without this a ray waits
-    /// for memory once more. Of a node, for what has been asked for before.
+    /// Prefetches the exact test's part of a leaf, which is far from the filter's part: otherwise a ray would
+    /// wait for memory again. For a node, what has been prefetched before.
     #[inline(always)]
     pub(super) fn prefetch_exact<L: Lanes>(&self, lanes: L, link: Link) {
         let node = address(&self.nodes, link.0 as usize);
@@ -218,7 +221,7 @@ impl Tree {
         lanes.prefetch(if link.is_leaf() { triangles } else { node });
     }
 
-    /// Indices in the mesh of the triangles of a leaf.
+    /// Mesh indices of a leaf's triangles.
     #[inline(always)]
     pub(super) fn triangles(&self, leaf: Link) -> &[u32; WIDTH] {
         &self.triangles[leaf.index_of_leaf()]
@@ -238,13 +241,13 @@ impl Tree {
     }
 }
 
-/// Where an element is or would be: nothing is read.
+/// Address of an element, existing or not: nothing is read.
 #[inline(always)]
 fn address<T>(elements: &[T], index: usize) -> *const i8 {
     elements.as_ptr().cast::<i8>().wrapping_add(index * size_of::<T>())
 }
 
-/// A hierarchy while it is laid out, in the order in which nodes and leaves are met.
+/// A hierarchy during layout, in the order in which nodes and leaves are reached.
 struct Layout<'a> {
     references: &'a [Reference],
     mesh: Mesh<'a>,
@@ -252,7 +255,7 @@ struct Layout<'a> {
 }
 
 impl Layout<'_> {
-    /// Appends a node and all below it; returns its depth.
+    /// Appends a node and its descendants; returns its depth.
     fn node(&mut self, binary: &Binary) -> usize {
         let index = self.tree.nodes.len();
         self.tree.nodes.push(Node::empty());
@@ -277,7 +280,7 @@ impl Layout<'_> {
         let mut triangles = [0; WIDTH];
         let (references, mesh) = (self.references, self.mesh);
         for (lane, &Reference { triangle, .. }) in references[range].iter().enumerate() {
-            // Every lane from here on, so that those left over repeat a triangle that is there.
+            // Every lane from here on, so that unused ones repeat an existing triangle.
             triangles[lane..].fill(triangle);
             corners[lane..].fill(mesh.triangles[triangle as usize].map(|vertex| self.place(start, vertex)));
         }
@@ -291,7 +294,7 @@ impl Layout<'_> {
         link
     }
 
-    /// The place of a vertex among those of the leaf that begins at `start`.
+    /// Index of a vertex among those of the leaf that starts at `start`.
     fn place(&mut self, start: usize, vertex: u32) -> u8 {
         let own = &self.tree.vertices[start..];
         let place = own.iter().position(|&other| other == vertex).unwrap_or(own.len());
@@ -324,7 +327,7 @@ impl Node {
         }
     }
 
-    /// The box around all children. Lanes without one do not matter.
+    /// The box around all children. Lanes without one have no effect.
     fn hull(&self) -> Bounds {
         let fold = |side: usize, f: fn(f32, f32) -> f32, start: f32| {
             Vec3A::from_array(std::array::from_fn(|axis| self.planes[axis][side].into_iter().fold(start, f)))
@@ -341,7 +344,7 @@ impl Leaf {
         corners: [[0; 3]; WIDTH],
     };
 
-    /// Whether it only makes room for vertices of the one before: no triangle has one corner.
+    /// Whether it only provides space for vertices of the previous leaf: no triangle has one corner.
     fn is_spare(&self) -> bool {
         self.corners[0] == [0; 3]
     }
@@ -351,7 +354,7 @@ impl Leaf {
         if self.is_spare() {
             return Bounds::EMPTY;
         }
-        // Vertices come in the order in which corners name them first.
+        // Vertices are in the order in which corners first refer to them.
         let count = 1 + usize::from(self.corners.as_flattened().iter().copied().max().unwrap_or(0));
         let mut places = [DVec3::ZERO; 3 * WIDTH];
         let (mut lower, mut upper) = (DVec3::INFINITY, DVec3::NEG_INFINITY);

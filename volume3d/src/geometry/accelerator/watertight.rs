@@ -1,21 +1,21 @@
-//! The test that decides: a ray and a triangle in double precision, without a gap between neighbours.
+//! Exact test: watertight ray–triangle intersection in double precision.
 //!
-//! Woop, Benthin and Wald, *Watertight Ray/Triangle Intersection* (JCGT 2013): the axes are permuted so that the
-//! ray's largest component is z, and vertices are sheared until the ray is the z axis. The rest is a test of
-//! the origin against a triangle in the plane. A sheared vertex depends on the ray and the vertex alone, so
-//! a mesh stays a mesh in the plane, and the edge functions of the two triangles at an edge are exact negatives
-//! of each other. Rust never fuses a product into a sum by itself, which would break that.
+//! Woop, Benthin and Wald, *Watertight Ray/Triangle Intersection* (JCGT 2013): the axes are permuted so that
+//! the ray's largest component is z, and vertices are sheared until the ray is the z axis. The rest is a test
+//! of the origin against a triangle in the plane. A sheared vertex depends on the ray and the vertex alone,
+//! so a mesh stays a mesh in the plane, and the edge functions of the two triangles at an edge are exact
+//! negatives of each other. Rust never fuses a product into a sum by itself, which would break that.
 //!
-//! A deviation from the paper: where an edge function cancels it is recomputed from error-free products, so its
-//! sign is that of the exact value, zero only if that is zero, and its relative error is bounded. An
-//! accepted hit is therefore a hit of the triangle with its vertices moved by a few 2⁻⁵³ |vertex − origin|, even
-//! if the triangle is seen edge-on.
+//! A deviation from the paper: if an edge function cancels it is recomputed from error-free products, so its
+//! sign is that of the exact value, zero only if that is zero, and its relative error is bounded. An accepted
+//! hit is therefore a hit of the triangle with its vertices moved by a few 2⁻⁵³ |vertex − origin|, even if
+//! the triangle is seen edge-on.
 
 use glam::DVec3;
 
 use crate::lanes::{Half, Lanes, WIDTH};
 
-/// A ray as the test needs it.
+/// A ray in the form of the test.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shear {
     /// Indices of the axes that become x, y and z; the direction is longest along z.
@@ -26,7 +26,7 @@ pub(super) struct Shear {
     pub(super) slopes: [f64; 3],
 }
 
-/// Where a ray meets a triangle's plane, inside the triangle.
+/// Intersection of a ray with a triangle's plane, inside the triangle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Crossing {
     pub(super) distance: f64,
@@ -44,9 +44,9 @@ impl Crossing {
     }
 }
 
-/// Share of its products below which an edge function is recomputed. Without it the relative error of
-/// an edge function p − q is at most 2⁻⁵² / 2⁻¹² = 2⁻⁴⁰ (each product is rounded by 2⁻⁵³), and about one
-/// ray in a thousand pays for the exact products.
+/// Ratio to its products below which an edge function is recomputed. Above it the relative error of an edge
+/// function p − q is at most 2⁻⁵² / 2⁻¹² = 2⁻⁴⁰ (each product is rounded by 2⁻⁵³); about one ray in a
+/// thousand incurs the exact products.
 const CANCELLATION: f64 = 1.0 / 4096.0;
 
 /// c_x b_y − c_y b_x, the exact negative of itself with b and c exchanged.
@@ -56,7 +56,7 @@ fn edge(c: [f64; 3], b: [f64; 3]) -> f64 {
     if cancels { exact_edge(c, b) } else { difference }
 }
 
-/// The same by two rounded products, and whether that is not enough.
+/// [`edge`] by two rounded products, and whether it cancels.
 #[inline(always)]
 fn rounded_edge(c: [f64; 2], b: [f64; 2]) -> (f64, bool) {
     let (p, q) = (c[0] * b[1], c[1] * b[0]);
@@ -65,7 +65,7 @@ fn rounded_edge(c: [f64; 2], b: [f64; 2]) -> (f64, bool) {
     (difference, !enough)
 }
 
-/// The same where p ≈ q: p − q is exact (Sterbenz), and so are both products' rounding errors.
+/// [`edge`] for p ≈ q: p − q is exact (Sterbenz), and so are both products' rounding errors.
 #[cold]
 fn exact_edge(c: [f64; 3], b: [f64; 3]) -> f64 {
     let (p, q) = (c[0] * b[1], c[1] * b[0]);
@@ -75,7 +75,7 @@ fn exact_edge(c: [f64; 3], b: [f64; 3]) -> f64 {
 /// The axes that become x, y and z, by the longest one.
 pub(super) const PERMUTATIONS: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
 
-/// Without branches, which would be unpredictable.
+/// Branchless, as branches would be unpredictable.
 #[inline(always)]
 pub(super) fn longest_axis(direction: DVec3) -> usize {
     let size = direction.abs();
@@ -113,7 +113,7 @@ pub(super) fn relative(
     [[a[x] - ox, a[y] - oy, a[z] - oz], [b[x] - ox, b[y] - oy, b[z] - oz], [c[x] - ox, c[y] - oy, c[z] - oz]]
 }
 
-/// One instruction, unlike `f64::min`, which has an answer for NaN.
+/// One instruction, unlike `f64::min`, which handles NaN.
 #[inline(always)]
 pub(super) fn smaller(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
@@ -137,9 +137,9 @@ impl Shear {
         })
     }
 
-    /// The crossing of the whole line with a triangle; points on edges and vertices belong to all
-    /// their triangles. A triangle seen exactly edge-on is not crossed. The distance may be NaN if
-    /// products of coordinates overflow.
+    /// The crossing of the whole line with a triangle; points on edges and vertices belong to all their
+    /// triangles. A triangle seen exactly edge-on is not crossed. The distance may be NaN if products of
+    /// coordinates overflow.
     #[inline(always)]
     pub(super) fn intersect(&self, corners: [&[f64; 3]; 3]) -> Option<Crossing> {
         let [a, b, c] = &relative(corners, self.axes, self.origin);
@@ -169,7 +169,7 @@ pub(super) struct Shears {
     /// Axes permuted.
     pub(super) origin: [f64; 3],
     pub(super) rows: [ShearRow; ROWS],
-    /// The lanes that have a ray, as bits; the others repeat one of them.
+    /// Bit mask of lanes with a ray; the others repeat one of them.
     pub(super) members: u32,
 }
 
@@ -187,13 +187,13 @@ pub(super) struct ShearRow {
     pub(super) inverse: [f64; WIDTH],
 }
 
-/// Where the lines of a row of rays cross a triangle.
+/// Crossings of a row of lines with a triangle.
 pub(super) struct Crossings {
-    /// Lanes in which they may, as bits.
+    /// Bit mask of lanes with a crossing.
     pub(super) lanes: u32,
     /// NaN if the triangle is seen edge-on.
     pub(super) distance: [f64; WIDTH],
-    /// Edge functions of each.
+    /// Edge functions of each lane.
     pub(super) edges: [[f64; WIDTH]; 3],
 }
 
@@ -212,7 +212,7 @@ impl Shears {
                 row.y[lane] = direction[axes[1]];
                 row.inverse[lane] = direction[axes[2]];
             }
-            // As in `slopes`, for the compiler to vectorise.
+            // As in `slopes`, in a form that vectorises.
             for lane in 0..WIDTH {
                 let inverse = 1.0 / row.inverse[lane];
                 (row.x[lane], row.y[lane]) = (row.x[lane] * inverse, row.y[lane] * inverse);
@@ -222,7 +222,7 @@ impl Shears {
         Self { axes, origin: permuted(origin, axes), rows, members }
     }
 
-    /// The same of directions by coordinate. No origin is common to them.
+    /// From directions by coordinate, without a common origin.
     #[inline(always)]
     pub(super) fn of_lanes(directions: &[[f64; PACKET]; 3], members: u32, along: usize) -> Self {
         let axes = PERMUTATIONS[along];
@@ -260,13 +260,13 @@ impl Shears {
         joined(&self.rows[0].x, &self.rows[1].x)
     }
 
-    /// The same along the second.
+    /// Slopes of all rays along the second axis.
     #[inline(always)]
     pub(super) fn y(&self) -> [f64; PACKET] {
         joined(&self.rows[0].y, &self.rows[1].y)
     }
 
-    /// The least and the greatest slopes.
+    /// Least and greatest slopes.
     #[inline(always)]
     pub(super) fn extremes(&self) -> [[f64; 2]; 2] {
         let [low, high] = &self.rows;
@@ -283,7 +283,7 @@ fn joined(low: &[f64; WIDTH], high: &[f64; WIDTH]) -> [f64; PACKET] {
     all
 }
 
-/// The least and the greatest of two rows, by halves: for the compiler to vectorise.
+/// Least and greatest of two rows, by halves, in a form that vectorises.
 #[inline(always)]
 fn extremes(a: &[f64; WIDTH], b: &[f64; WIDTH]) -> [f64; 2] {
     let (mut least, mut greatest) = (*a, *a);
@@ -334,7 +334,7 @@ impl ShearRow {
 }
 
 const HALF: usize = WIDTH / 2;
-/// One bit for each lane of half a row.
+/// Bit mask of all lanes of half a row.
 const ALL: u32 = (1 << HALF) - 1;
 
 #[inline(always)]
@@ -352,7 +352,7 @@ fn sheared<L: Lanes>(lanes: L, [x, y]: [L::Double; 2], p: &[f64; 3]) -> [L::Doub
     ]
 }
 
-/// [`rounded_edge`]; clears the bits of lanes for which it is not enough.
+/// [`rounded_edge`]; clears the bits of lanes that cancel.
 #[inline(always)]
 fn rounded_edges<L: Lanes>(lanes: L, c: [L::Double; 2], b: [L::Double; 2], enough: &mut u32) -> L::Double {
     let (p, q) = (lanes.mul_double(c[0], b[1]), lanes.mul_double(c[1], b[0]));
@@ -363,7 +363,7 @@ fn rounded_edges<L: Lanes>(lanes: L, c: [L::Double; 2], b: [L::Double; 2], enoug
     difference
 }
 
-/// Distances, NaN if all edge functions are zero, and the lanes in which these are of both signs, as bits.
+/// Distances, NaN if all edge functions are zero, and the bit mask of lanes in which these have both signs.
 #[inline(always)]
 fn distances<L: Lanes>(
     lanes: L,
@@ -383,7 +383,7 @@ fn distances<L: Lanes>(
     (distance, lanes.less_double(least, zero) & lanes.less_double(zero, greatest))
 }
 
-/// The edge functions where some cancel.
+/// Edge functions where some cancel.
 #[cold]
 fn exact_edges(x: &Half, y: &Half, relative: &[[f64; 3]; 3]) -> [Half; 3] {
     let mut edges = [[0.0; HALF]; 3];

@@ -1,4 +1,4 @@
-//! Rays of paths that the field of implicit surfaces follows, too: what it finds of them is kept for it.
+//! Reuse of path rays by the field of implicit surfaces, which traces the same rays.
 
 use flatland::sdf::fields::MeanPoint;
 use glam::DVec3;
@@ -8,14 +8,14 @@ use crate::gradient::implicit_field::ImplicitField;
 use crate::gradient::jump_mean::{Known, Sight};
 use crate::scene::{Hit, Surface};
 
-/// The ray that was looked along last, and what was found of it at implicit surfaces.
+/// The ray traced last, and its results at implicit surfaces.
 #[derive(Debug)]
 pub(super) struct Ahead {
     origin: DVec3,
     direction: DVec3,
-    /// For each surface, if it is a ray of the camera that passes all meshes.
+    /// The mean point for each surface, for a camera ray that misses all meshes.
     points: Vec<MeanPoint<DVec3>>,
-    /// If it leaves a surface, whether that keeps away.
+    /// Whether the surface that the ray leaves keeps away from it; `None` if it leaves none.
     leaves: Option<bool>,
 }
 
@@ -24,13 +24,13 @@ impl Ahead {
         Self { origin: DVec3::ZERO, direction: DVec3::ZERO, points: vec![], leaves: None }
     }
 
-    /// Another ray, of which nothing is known yet.
+    /// Starts a new ray, without results.
     fn begin(&mut self, origin: DVec3, direction: DVec3) {
         (self.origin, self.direction, self.leaves) = (origin, direction, None);
         self.points.clear();
     }
 
-    /// What is known of a ray.
+    /// Known results for a ray.
     pub(super) fn of(&self, origin: DVec3, direction: DVec3) -> Known<'_> {
         if (origin, direction) != (self.origin, self.direction) {
             return Known::Nothing;
@@ -44,8 +44,9 @@ impl Ahead {
 }
 
 impl Auxiliary<'_> {
-    /// What the camera sees along a ray. The field of implicit surfaces follows the ray as soon as one of them or the camera moves, and its end is
-    /// what is seen. So it is whatever moves: images must not depend on that, to the bit.
+    /// First hit of a camera ray. If an implicit surface or the camera moves, the field of implicit surfaces
+    /// traces the ray, and its end is the hit. The same is done whatever moves: images must not depend on it,
+    /// to the bit.
     pub(crate) fn look(&mut self, origin: DVec3, direction: DVec3) -> Option<Hit> {
         let scene = self.paths.scene;
         self.ahead.begin(origin, direction);
@@ -61,7 +62,8 @@ impl Auxiliary<'_> {
         scene.closest(origin, direction, None)
     }
 
-    /// What a ray meets that leaves a surface. Where the field has to know whether the surface keeps away from the ray, the ray does not hit it if so.
+    /// First hit of a ray that leaves a surface. If the field must know whether the surface keeps away from
+    /// the ray, the test also shows that the ray does not hit it.
     pub(crate) fn look_from(&mut self, x: DVec3, from: Surface, direction: DVec3) -> Option<Hit> {
         let scene = self.paths.scene;
         let mut clear = None;

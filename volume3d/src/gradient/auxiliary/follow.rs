@@ -9,8 +9,8 @@ use crate::gradient::rigid_motion::{Rigid, RigidMotion};
 use crate::scene::Surface;
 
 impl Auxiliary<'_> {
-    /// The nearest of some points of a kernel around μ, which is drawn from the kernel around u: what is nearest
-    /// hides the rest, and its edge is the one that is seen.
+    /// The nearest of several points of a kernel around μ, which is sampled from the kernel around u: the
+    /// nearest point occludes the others, and its edge is the visible one.
     #[expect(clippy::too_many_arguments, reason = "a ray's origin and the kernel's place are told apart")]
     pub(super) fn follow<D: Rigid>(
         &mut self,

@@ -1,4 +1,4 @@
-//! Means over the jumps near a direction.
+//! Means over discontinuities near a direction.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -11,22 +11,22 @@ use crate::gradient::jump_mean::{
 use crate::path::{Kernel, VisibilityDomain};
 use crate::scene::Surface;
 
-/// Places of the caps that were made last.
+/// Indices of the cached caps.
 const WITHIN_LOBE: usize = 0;
 const TOWARDS_LIGHT: usize = 1;
 pub(super) const ON_FILM: usize = 2;
 
-/// The silhouettes that the camera sees near a direction, as they were last looked up.
+/// The camera's silhouettes near a direction, as last looked up.
 #[derive(Debug, Default)]
 pub(super) struct Near {
     direction: DVec3,
-    /// By how much a direction may differ, as a chord.
+    /// Chord by which a direction may differ.
     margin: f64,
     edges: Listed,
 }
 
 impl Auxiliary<'_> {
-    /// How far away edges count in the mean over jumps; nothing if that is none.
+    /// Angular support of the mean over discontinuities; `None` for other fields.
     pub(super) fn reach(&self, kernel: &Kernel) -> Option<AngularSupport> {
         let Construction::JumpMean { lobe, lobe_softness, .. } = self.construction else {
             return None;
@@ -37,13 +37,13 @@ impl Auxiliary<'_> {
         let width = 1.0 / kernel.kappa.sqrt();
         let softness = if kernel.of_light { 0.0 } else { lobe_softness * width };
         let place = if kernel.of_light { TOWARDS_LIGHT } else { WITHIN_LOBE };
-        // What is softened is softened for a reach.
+        // A softened field requires the unreduced reach, to which its softness is relative.
         let crowded = self.edges.filter(|_| softness == 0.0);
         let reach = crowded.map_or(lobe * width, |edges| edges.reach(lobe * width));
         Some(self.support(place, reach).softened(softness))
     }
 
-    /// A cap with an angular radius, which is likely the last one there was for what it is for.
+    /// A cap with an angular radius, cached by purpose.
     pub(super) fn support(&self, place: usize, angle: f64) -> AngularSupport {
         let last = &self.supports[place];
         if last.get().angle != angle.min(WIDEST) {
@@ -65,7 +65,7 @@ impl Auxiliary<'_> {
             return None;
         }
         if !from_one_place {
-            // No two samples look from the same point of a lens, or at the same pixel.
+            // Samples differ in lens point or pixel: there is nothing to reuse.
             self.near.margin = -1.0;
         } else {
             self.gather(origin, direction, reach)?;
@@ -85,14 +85,15 @@ impl Auxiliary<'_> {
         JumpMean::new(scene, tree, silhouettes, &view, direction, reach, &sight, &mut self.trace)
     }
 
-    /// Samples of one pixel look along nearly one direction: silhouettes around it are looked up once for them all.
+    /// Looks up silhouettes around a direction once for all samples of a pixel, whose directions are nearly
+    /// equal.
     fn gather(&mut self, origin: DVec3, direction: DVec3, reach: AngularSupport) -> Option<()> {
         let tree = self.edges?;
         let moved = (direction - self.near.direction).length();
-        // Angles are at most π/2 times their chords, of which these are small.
+        // Angles are at most π/2 times their chords, which are small here.
         if moved > self.near.margin {
             let margin = 2.0 * reach.versine.sqrt();
-            // A cap that would be too wide is looked up for each direction.
+            // If the enlarged cap would be too wide, silhouettes are looked up for each direction.
             let margin = if reach.angle + FRAC_PI_2 * margin > WIDEST { 0.0 } else { margin };
             let wide = AngularSupport::new(reach.angle + FRAC_PI_2 * margin);
             let cone = Cone {
@@ -121,7 +122,7 @@ impl Auxiliary<'_> {
         if !x_moves && !self.moving.may_be_near(x, direction, reach) {
             return None;
         }
-        // What lies in the plane of the horizon is not above it.
+        // Objects in the plane of the horizon are not above it.
         let horizon = HalfSpace { normal: kernel.normal, point: x, slack: -self.paths.scene.rounding() };
         let (scene, tree) = (self.paths.scene, self.edges?);
         let (subject, plane, end) = match kernel.domain {
@@ -132,8 +133,9 @@ impl Auxiliary<'_> {
                 (Subject::Radiance(triangle), front, triangle.map(|t| self.plane_of(t)))
             }
             VisibilityDomain::BeforePlane { normal, offset, shape } => {
-                // Hardly more than rounding: the border of the light's own back, a little behind it, moves with it, and
-                // a field that followed it would have to turn between it and what hides the border.
+                // Little more than rounding: the border of the light's own back, slightly behind it, moves
+                // with it, and a field that followed it would have to vary between it and the occluder of
+                // that border.
                 let slack = 1e4 * self.paths.scene.rounding() + 2.0 * self.paths.scene.grain(x);
                 let plane = HalfSpace { normal, point: offset * normal, slack };
                 (Subject::CoverOf(shape), Some(plane), Some((normal, offset)))
@@ -152,12 +154,12 @@ impl Auxiliary<'_> {
         JumpMean::new(scene, tree, silhouettes, &view, direction, reach, &sight, trace)
     }
 
-    /// The side of a triangle's plane on which the viewer is.
+    /// The half space of a triangle's plane that contains the viewer.
     fn front(&self, triangle: u32, viewer: DVec3) -> HalfSpace {
         let [point, ..] = self.paths.scene.corners(triangle);
         let normal = self.upward(Surface::Triangle(triangle), point, viewer - point);
-        // What touches a plane counts as before it, and what does so by the rounding of meshes in single precision as well:
-        // 10⁻⁶ of the scene. Edges that are behind the plane are hidden, and do no harm.
+        // Objects that touch a plane count as in front of it, also within the rounding of single-precision
+        // meshes: 10⁻⁶ of the scene. Edges behind the plane are occluded and harmless.
         let scene = self.paths.scene;
         HalfSpace { normal, point, slack: 1e7 * scene.rounding() + 2.0 * scene.grain(point) }
     }

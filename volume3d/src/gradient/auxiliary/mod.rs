@@ -1,4 +1,4 @@
-//! Warps at a point: from what auxiliary rays hit, or from the jumps near by.
+//! Warps at a point, from auxiliary rays or from nearby discontinuities.
 
 mod ahead;
 mod follow;
@@ -23,22 +23,21 @@ use crate::Sphere;
 use crate::path::{Kernel, Paths};
 use crate::scene::{Hit, Surface, traced_by_this_thread};
 
-/// What a mean over jumps takes, and each piece of an edge in it, relative to a ray: with 1 softened fields took 1.0 to 1.6 times as long
-/// as a pilot thought in comparison with edge sampling, on figure 12's scenes, and with 2 it is 0.8 to 1.25 times.
+/// Cost, in rays, of a mean over discontinuities, and of each piece of an edge in it. With 2, costs of
+/// softened fields relative to edge sampling are predicted to a factor of 0.8 to 1.25.
 const MEAN: f64 = 2.0;
 
-/// What this thread has done so far, in rays: those it has traced, and means over jumps.
+/// Work of this thread so far, in rays: traced rays, and means over discontinuities.
 pub(crate) fn work(auxiliary: Option<&Auxiliary<'_>>) -> f64 {
     traced_by_this_thread() as f64 + MEAN * auxiliary.map_or(0.0, |auxiliary| auxiliary.work() as f64)
 }
 
-/// Where the velocities that make a field come from.
+/// Source of the velocities of a field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Construction {
-    /// The mean over jumps near a direction: within so many pixels on the film, so many widths of the kernel
-    /// elsewhere; softened by so many pixels on the film, and so many widths within lobes. Towards lights, if
-    /// shadows are sampled as curves, there is what implicit surfaces give to it alone. They give what their
-    /// field says.
+    /// Mean over discontinuities near a direction. `film` and `lobe` are the reach, in pixels on the film and
+    /// in kernel widths elsewhere; the softness is in the same units. If shadows are sampled as curves, only
+    /// implicit surfaces contribute towards lights, as given by their own field.
     JumpMean {
         film: f64,
         lobe: f64,
@@ -47,32 +46,33 @@ pub(crate) enum Construction {
         sampled_shadows: bool,
         implicit: ImplicitField,
     },
-    /// Weighted with regard to boundaries. On directions velocities fade away from jumps, V_i (1 − B_i).
+    /// Mean over auxiliary rays, weighted by boundary functions. On directions, velocities fade near
+    /// discontinuities, V_i (1 − B_i).
     Weighted,
-    /// One rigid motion per kernel, that of the nearest of so many points.
+    /// One rigid motion per kernel, that of the nearest of `candidates` points.
     Followed { candidates: usize },
 }
 
-/// Who makes warps, and traces auxiliary rays for them.
+/// Constructor of warps, which traces their auxiliary rays.
 #[derive(Debug)]
 pub(crate) struct Auxiliary<'s> {
     pub(crate) paths: &'s Paths<'s>,
     pub(crate) warp: &'s Warp,
     pub(crate) moving: &'s MovingBounds,
     pub(crate) construction: Construction,
-    /// The edges of the scene, for fields that are made of them.
+    /// Edges of the scene, for fields that use them.
     pub(crate) edges: Option<&'s SceneEdges>,
     pub(crate) rng: Stream,
-    /// Whether film points come in no order, so that silhouettes near one are of no use for the next.
+    /// Whether film points come in random order, so that silhouettes near one are not reusable for the next.
     pub(crate) scattered: bool,
     rays: u64,
     work: u64,
     directions: Vec<DVec3>,
     hits: Vec<Option<Hit>>,
     near: Near,
-    /// Caps that were made last, within lobes, towards lights and on the film: those of one shading point are alike.
+    /// Cached caps, within lobes, towards lights and on the film: those of one shading point are alike.
     supports: [Cell<AngularSupport>; 3],
-    /// Memory for rays at implicit surfaces.
+    /// Scratch memory for rays at implicit surfaces.
     trace: Trace<DVec3>,
     ahead: Ahead,
 }
@@ -105,17 +105,17 @@ impl<'s> Auxiliary<'s> {
         }
     }
 
-    /// How many rays have been traced.
+    /// Number of rays traced.
     pub(crate) fn rays(&self) -> u64 {
         self.rays
     }
 
-    /// What means over jumps took: how many have been made, and pieces of edges in them.
+    /// Work of means over discontinuities: their number plus the number of their edge pieces.
     pub(crate) fn work(&self) -> u64 {
         self.work
     }
 
-    /// Whether there may be a warp at direction ω as seen from x on a surface, if x stands still.
+    /// Whether the warp may be nonzero at direction ω seen from a static point x on a surface.
     pub(crate) fn may_warp(&self, x: DVec3, direction: DVec3, kernel: &Kernel) -> bool {
         match self.construction {
             Construction::JumpMean { .. } => {
@@ -125,22 +125,23 @@ impl<'s> Auxiliary<'s> {
         }
     }
 
-    /// Whether there may be a warp towards a light that is chosen.
+    /// Whether the warp towards a sampled light may be nonzero.
     pub(crate) fn warps_light(&self) -> bool {
         !self.samples_shadows() || !self.paths.scene.description.implicits.is_empty()
     }
 
-    /// Whether shadows of meshes are sampled, and no edge of theirs is in the field towards lights.
+    /// Whether shadows of meshes are sampled as curves, so that the field towards lights has no mesh edges.
     pub(super) fn samples_shadows(&self) -> bool {
         matches!(self.construction, Construction::JumpMean { sampled_shadows: true, .. })
     }
 
-    /// Whether the field within lobes is continuous everywhere: the mean over jumps, unless it is softened, which leaves residuals.
+    /// Whether the field within lobes is continuous everywhere: true for the mean over discontinuities,
+    /// unless it is softened, which leaves residuals.
     pub(crate) fn levels_bounces(&self) -> bool {
         matches!(self.construction, Construction::JumpMean { lobe_softness: 0.0, .. })
     }
 
-    /// The warp at direction ω as seen from x on a surface; nothing where nothing seen can move.
+    /// The warp at direction ω seen from x on a surface; `None` if nothing seen can move.
     pub(crate) fn on_sphere(
         &mut self,
         x: DVec3,
@@ -157,7 +158,7 @@ impl<'s> Auxiliary<'s> {
             return Some(DirectionWarp::JumpMean(mean));
         }
         if let Construction::Followed { candidates } = self.construction {
-            // As for weights: what is below the horizon is inside a solid, and arbitrarily near.
+            // As for weights: objects below the horizon are inside a solid and arbitrarily near.
             let keep =
                 |d: DVec3, distance| kernel.normal.dot(d) > 0.0 && kernel.domain.counts(x, d, distance);
             let motion =
@@ -167,7 +168,7 @@ impl<'s> Auxiliary<'s> {
         self.weighted_on_sphere(x, from, direction, kernel, x_moves)
     }
 
-    /// The warp at a point of the film, at which a surface or nothing is seen; nothing where nothing seen can move.
+    /// The warp at a film point where a surface or nothing is seen; `None` if nothing seen can move.
     pub(crate) fn on_film(
         &mut self,
         film: &FilmPlane,
@@ -208,12 +209,12 @@ impl<'s> Auxiliary<'s> {
         Some(FilmWarp { field, film: *film })
     }
 
-    /// The field of implicit surfaces within the mean over jumps.
+    /// Field of implicit surfaces within the mean over discontinuities.
     fn implicit_field(&self) -> ImplicitField {
         self.field_of_implicits().unwrap_or_default()
     }
 
-    /// The same, if there are any and it is made of their tracer's points.
+    /// The field of implicit surfaces, if there are any and it consists of their tracer's points.
     fn field_of_implicits(&self) -> Option<ImplicitField> {
         match self.construction {
             Construction::JumpMean { implicit, .. } if !self.paths.scene.description.implicits.is_empty() => {
@@ -223,7 +224,7 @@ impl<'s> Auxiliary<'s> {
         }
     }
 
-    /// The unit normal of a surface at a point of it, on the side of another vector.
+    /// Unit normal of a surface at a point, on the side of the vector `side`.
     fn upward(&self, surface: Surface, at: DVec3, side: DVec3) -> DVec3 {
         let normal = self.paths.scene.normal_of(surface, at);
         if normal.dot(side) < 0.0 { -normal } else { normal }

@@ -1,4 +1,4 @@
-//! What boundary terms along a warp have in common.
+//! Common data of boundary terms relative to a warp.
 
 use flatland::random::stream;
 use flatland::warp::Warp;
@@ -9,7 +9,7 @@ use crate::gradient::jump_mean::SceneEdges;
 use crate::gradient::motion::MovingBounds;
 use crate::path::Paths;
 
-/// A warp along which boundary terms are counted.
+/// The warp relative to which boundary terms are computed.
 #[derive(Debug)]
 pub(in crate::gradient) struct AlongWarp<'j> {
     pub(in crate::gradient) paths: &'j Paths<'j>,
@@ -20,7 +20,7 @@ pub(in crate::gradient) struct AlongWarp<'j> {
 }
 
 impl AlongWarp<'_> {
-    /// Its warps, at film points in no order.
+    /// Its warps, at film points in any order.
     pub(super) fn auxiliary<'a>(&'a self, bounds: &'a MovingBounds) -> Auxiliary<'a> {
         let Self { paths, warp, construction, edges, seed } = *self;
         let rng = stream(seed, &[SIGN_CHANGE_AUXILIARY]);

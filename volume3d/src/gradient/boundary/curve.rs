@@ -1,13 +1,13 @@
-//! Jumps within faces: curves {G = 0} of an expression G of the path's first segments (Theory 7).
+//! Discontinuities within faces: curves {G = 0} of an expression G of the path's first segments (Theory 7).
 //!
 //! Let z be the film point and the directions of a path, and let the integrand jump by Δf where G(z; θ) = 0.
 //! Along a change of variables z → z + θ V(z),
 //!
 //! > |∇G| (v − V·ν) = −Ġ,
 //!
-//! Ġ being the derivative of G along the warped path: all that is seen, the film point and the directions moves. With
-//! V = 0 this is edge sampling's boundary term; with V a warp field's it is what warped-area sampling misses where the
-//! field does not follow the curve. One function computes G for both.
+//! with Ġ the derivative of G along the warped path: scene, film point and directions all move. With V = 0
+//! this is the boundary term of edge sampling; with V a warp field it is the residual of warped-area sampling
+//! where the field does not follow the curve. One function computes G for both.
 
 use flatland::calculus::Number;
 use glam::{DVec2, DVec3};
@@ -18,43 +18,43 @@ use crate::gradient::film::FilmPlane;
 use crate::path::{Calculus, Frame};
 use crate::scene::Surface;
 
-/// Where a path begins, in numbers.
+/// Start of a path, over numbers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Eye<'f, T> {
-    /// The film, through the point of the lens that is looked through.
+    /// The film, through the sampled point of the lens.
     pub(super) film: &'f FilmPlane,
     pub(super) frame: &'f Frame<T>,
-    /// The film point.
+    /// Film point.
     pub(super) at: [T; 2],
-    /// Whether directions are warped; if not they stand still.
+    /// Whether directions are warped; otherwise they are static.
     pub(super) warps: bool,
 }
 
 impl<'f, T: Number> Eye<'f, T> {
-    /// At a film point that stands still, as all directions do.
+    /// A static film point with static directions.
     pub(super) fn still(film: &'f FilmPlane, frame: &'f Frame<T>, at: DVec2) -> Self {
         Self { film, frame, at: [T::constant(at.x), T::constant(at.y)], warps: false }
     }
 }
 
-/// An integral over such curves.
+/// Integral over curves {G = 0}.
 pub(super) trait Curve: Sync {
-    /// A point of a curve with a path that sees it.
+    /// A point of a curve, with a path that sees it.
     type Place;
 
     /// Whether there is nothing to sample.
     fn is_empty(&self) -> bool;
 
-    /// Adds the places one sample finds.
+    /// Appends the points that one sample finds.
     fn draw(&self, address: Address, places: &mut Vec<Self::Place>);
 
-    /// The film, through the point of the lens that is looked through, the film point, and the surface seen there.
+    /// The film through the sampled point of the lens, the film point, and the surface seen there.
     fn film(&self, place: &Self::Place) -> (FilmPlane, DVec2, Surface);
 
-    /// Δf/|∇G| over the density, such that the mean of light times speed over samples is the integral.
+    /// Δf/|∇G| divided by the density: the mean of `light` × `speed` over samples is the integral.
     fn light(&self, place: &Self::Place) -> DVec3;
 
-    /// −G.
+    /// A number whose derivative is −Ġ.
     fn speed<C: Calculus>(
         &self,
         calculus: &mut C,

@@ -1,4 +1,4 @@
-//! Directions in which light passes a point of an edge, drawn uniformly.
+//! Uniform directions in which light passes a point of an edge.
 
 use std::f64::consts::{PI, TAU};
 
@@ -6,18 +6,18 @@ use glam::DVec3;
 
 use super::wedge::Wedge;
 
-/// Directions that lead to an edge, and in which emission may jump there.
+/// Directions to a point of an edge in which emission may be discontinuous there.
 #[derive(Clone, Debug)]
 pub(super) enum Directions {
     /// Directions that meet the front of a flat emitter with this normal.
     Front(DVec3),
-    /// Where it is a silhouette.
+    /// Directions in which the edge is a silhouette.
     Wedge(Wedge),
     All,
 }
 
 impl Directions {
-    /// The solid angle of all of them.
+    /// Total solid angle.
     pub(super) fn whole(&self) -> f64 {
         match self {
             Self::Front(_) => TAU,
@@ -26,7 +26,7 @@ impl Directions {
         }
     }
 
-    /// One of them, uniformly, of an edge with this direction.
+    /// Samples a direction uniformly, for an edge with unit direction `e`.
     pub(super) fn sample(&self, e: DVec3, [c, a, b]: [f64; 3]) -> DVec3 {
         let z = 2.0 * a - 1.0;
         let (s, t) = e.any_orthonormal_pair();
@@ -42,7 +42,7 @@ impl Directions {
         }
     }
 
-    /// The density of a direction.
+    /// Probability density of a direction.
     pub(super) fn density(&self, direction: DVec3) -> f64 {
         let holds = match self {
             Self::Front(normal) => direction.dot(*normal) <= 0.0,

@@ -1,4 +1,4 @@
-//! Sums over samples of jumps: onto the film, or, transposed, into the parameters.
+//! Monte Carlo driver of boundary terms: splats onto the film or, transposed, gradients of parameters.
 
 use flatland::calculus::Tape;
 use flatland::moments::Moments;
@@ -20,57 +20,58 @@ use crate::gradient::{ActiveParameters, NonFinite, Progress, Stopped};
 use crate::path::{Frame, Sequence};
 use crate::scene::Scene;
 
-/// One point of a jump, as seen on the film.
+/// One point of a discontinuity, as seen on the film.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::gradient) struct BoundarySample<T> {
     pub(in crate::gradient) at: DVec2,
-    /// The difference of light over the density of the sample; or the light on one side, where sides have speeds of their own.
+    /// Difference of radiance divided by the density of the sample; or the radiance on one side, if the sides
+    /// have separate speeds.
     pub(in crate::gradient) light: DVec3,
-    /// What the level of the pixel's control variate counts in it: 0 in a difference, which has none.
+    /// Factor of the pixel's control variate in the sample: 0 for a difference, in which it cancels.
     pub(in crate::gradient) level: f64,
-    /// A number whose derivative is the jump's normal velocity from the side before to the side behind, beyond the warp's if
-    /// there is a warp; times |∇G| where `light` is over it.
+    /// A number whose derivative is the normal velocity of the discontinuity, from the side before to the
+    /// side behind, relative to the warp if there is one; times |∇G| if `light` is divided by it.
     pub(in crate::gradient) speed: T,
 }
 
-/// Which sample.
+/// Identity of a sample.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::gradient) struct Address {
     pub(in crate::gradient) seed: u64,
     group: usize,
-    /// Its place in the group, and how many there are.
+    /// Index within its group, and size of the group.
     index: usize,
     count: usize,
 }
 
 impl Address {
-    /// The numbers of a sample: samples of a group are stratified together, and groups are independent.
+    /// Random numbers of the sample: samples of one group are stratified; groups are independent.
     pub(in crate::gradient) fn numbers(&self, purpose: u64) -> Sequence {
         Sequence::new(self.seed, &[purpose, self.group as u64], self.index)
     }
 
-    /// A stream of random numbers that belong to the sample alone.
+    /// A random stream of this sample alone.
     pub(in crate::gradient) fn stream(&self, purpose: u64) -> Stream {
         stream(self.seed, &[purpose, self.group as u64, self.index as u64])
     }
 
-    /// The sample's place in (0, 1), systematically.
+    /// The sample's stratified position in (0, 1).
     pub(in crate::gradient) fn fraction(&self, numbers: &mut Sequence) -> f64 {
         (self.index as f64 + numbers.one()) / self.count as f64
     }
 }
 
-/// An integral over jumps.
+/// Integral over discontinuities.
 pub(in crate::gradient) trait Boundary: Sync {
     /// Whether there is nothing to sample.
     fn is_empty(&self) -> bool;
 
-    /// The warps along which speeds are counted; none where all of a jump's motion counts.
+    /// The warps relative to which speeds are measured; `None` for the whole velocity.
     fn auxiliary<'a>(&'a self, _: &'a MovingBounds) -> Option<Auxiliary<'a>> {
         None
     }
 
-    /// Hands over what one sample finds, one after the other, such that the mean over samples is the integral.
+    /// Calls back with everything one sample finds; the mean over samples is the integral.
     fn sample<C: Differential>(
         &self,
         calculus: &mut C,
@@ -80,55 +81,55 @@ pub(in crate::gradient) trait Boundary: Sync {
     );
 }
 
-/// Mean and variance of that mean, by pixel.
+/// Mean over samples by pixel, and variance of that mean.
 #[derive(Clone, Debug)]
 pub(in crate::gradient) struct Estimate {
     pub(in crate::gradient) mean: Vec<DVec3>,
     pub(in crate::gradient) variance: Vec<DVec3>,
     pub(in crate::gradient) regions: Regions,
-    /// Auxiliary rays.
+    /// Number of auxiliary rays.
     pub(in crate::gradient) rays: u64,
-    /// What a sample took, in rays.
+    /// Cost of one sample, in rays.
     pub(in crate::gradient) work: f64,
     pub(in crate::gradient) non_finite: Vec<NonFinite>,
-    /// The sample that adds most.
+    /// The sample with the largest contribution.
     pub(in crate::gradient) largest: Option<Contribution>,
 }
 
-/// What a chunk of samples adds to the film: amounts by pixel.
+/// Contributions of a chunk of samples to the film: amounts by pixel.
 #[derive(Clone, Debug, Default)]
 struct Splats {
     amounts: Vec<(u32, DVec3)>,
     rays: u64,
     work: f64,
     non_finite: Vec<NonFinite>,
-    /// The sample that adds most.
+    /// The sample with the largest contribution.
     largest: Option<Contribution>,
 }
 
-/// Samples that are computed together, one after the other.
+/// Samples computed sequentially as one task.
 const CHUNK: usize = 2048;
 
-/// How a boundary is summed.
+/// Settings of the summation over a boundary.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::gradient) struct Driver<'s> {
     pub(in crate::gradient) scene: &'s Scene,
     pub(in crate::gradient) film: FilmPlane,
     pub(in crate::gradient) seed: u64,
-    /// The level of every pixel; empty where it is 0.
+    /// Control variate of every pixel; empty if it is 0.
     levels: &'s [DVec3],
-    /// Samples in a group.
+    /// Samples per group.
     count: usize,
 }
 
 impl<'s> Driver<'s> {
-    /// At least `samples` samples in all.
+    /// A driver with at least `samples` samples in total.
     pub(in crate::gradient) fn new(scene: &'s Scene, seed: u64, samples: usize) -> Self {
         let count = samples.div_ceil(GROUPS).max(1);
         Self { scene, film: FilmPlane::new(scene), seed, levels: &[], count }
     }
 
-    /// The same with the levels of a control variate.
+    /// The driver with a control variate.
     pub(in crate::gradient) fn above(self, levels: &'s [DVec3]) -> Self {
         Self { levels, ..self }
     }
@@ -137,14 +138,15 @@ impl<'s> Driver<'s> {
         self.count.div_ceil(CHUNK)
     }
 
-    /// The samples of a chunk, of which each group has [`chunks`](Self::chunks).
+    /// Samples of a chunk; each group has [`chunks`](Self::chunks) of them.
     fn addresses(self, number: usize) -> impl Iterator<Item = Address> {
         let (group, chunk) = (number / self.chunks(), number % self.chunks());
         let last = (CHUNK * (chunk + 1)).min(self.count);
         (CHUNK * chunk..last).map(move |index| Address { seed: self.seed, group, index, count: self.count })
     }
 
-    /// The derivative of every pixel along a change: the mean over samples, and its variance by that of the groups' means.
+    /// Derivative of every pixel along a tangent: mean over samples, with the variance estimated from the
+    /// groups' means.
     pub(in crate::gradient) fn forward(
         &self,
         boundary: &impl Boundary,
@@ -213,7 +215,7 @@ impl<'s> Driver<'s> {
         splats
     }
 
-    /// Adds the rate of a sample to every pixel it reaches.
+    /// Adds the contribution of a sample to every pixel it reaches.
     fn splat_into<T>(&self, splats: &mut Splats, sample: &BoundarySample<T>, address: Address, rate: f64) {
         let Splats { amounts, non_finite, largest, .. } = splats;
         let mut sum = 0.0;
@@ -236,7 +238,8 @@ impl<'s> Driver<'s> {
         }
     }
 
-    /// Calls with every pixel a sample reaches, its weight and the light there, if that and its rate are finite and not 0.
+    /// Calls back with every pixel a sample reaches, its filter weight and its light, if light and rate are
+    /// finite and nonzero.
     fn splat<T>(
         &self,
         &BoundarySample { at, light, level, .. }: &BoundarySample<T>,
@@ -261,7 +264,8 @@ impl<'s> Driver<'s> {
         });
     }
 
-    /// The transpose: adds to the derivative of Σ adjoint · I by every active parameter.
+    /// Transpose of [`forward`](Self::forward): adds the derivative of Σ adjoint · I by every active
+    /// parameter.
     pub(in crate::gradient) fn reverse(
         &self,
         boundary: &impl Boundary,
@@ -302,7 +306,7 @@ impl<'s> Driver<'s> {
         }
     }
 
-    /// What one boundary sample adds to the gradient.
+    /// Contribution of one boundary sample to the gradient.
     fn pull<'t>(
         &self,
         reverse: &Reverse<'_, 't>,
@@ -321,7 +325,7 @@ impl<'s> Driver<'s> {
             return;
         }
         let outputs = [(sample.speed, sum * self.scale())];
-        // Once without a sink: what is not finite must not reach the sums.
+        // A first sweep without a sink: non-finite values must not reach the sums.
         let mut finite = true;
         reverse.tape.sweep(&outputs, adjoints, |_, a, _| finite &= a.iter().all(|a| a.is_finite()));
         finite = finite && reverse.sweep_if_finite(&outputs, adjoints, part);
@@ -334,7 +338,7 @@ impl<'s> Driver<'s> {
         }
     }
 
-    /// What each sample counts in the mean of all.
+    /// Weight of one sample in the mean.
     fn scale(&self) -> f64 {
         1.0 / (GROUPS * self.count) as f64
     }

@@ -1,12 +1,13 @@
-//! The edges of emitters themselves, as they are seen from the points of camera paths.
+//! Silhouettes and borders of emitters, as seen from points of camera paths.
 //!
 //! At a shading point x the boundary term is ∮ f cos θ ΔL (v·ν) dl with v·ν dl = (ω × e)·(ẋ_B − ẋ)/t² ds, in
-//! the notation of [`secondary`](super::secondary) (Theory 9). There are few such edges, and light comes from
-//! the edge itself: here paths are traced from the camera.
+//! the notation of [`secondary`](super::secondary) (Theory 9). Such edges are few, and light comes from the
+//! edge itself, so paths are traced from the camera.
 //!
-//! In a direction that is held still a point after a bounce slides by 1/cos of the angle at which it is met: from the camera the mean
-//! square of that diverges beside contact. Of edge sampling these points are traced from the emitter's edge
-//! ([`reflected_outlines`](super::reflected_outlines)), and the first points alone from the camera.
+//! At fixed direction, a path vertex after a bounce slides with 1/cos of its angle of incidence; with paths
+//! from the camera, the mean square of that diverges near contact. Edge sampling therefore traces paths to
+//! such vertices from the emitter's edge ([`reflected_outlines`](super::reflected_outlines)), and only paths
+//! to first hits from the camera.
 
 use flatland::calculus::Vec3;
 use glam::DVec3;
@@ -21,7 +22,7 @@ use super::{EMITTER_EDGE, Moving};
 use crate::gradient::differential::Differential;
 use crate::path::{Calculus, Frame, LightId, Paths, Sequence, Shading};
 
-/// The edges of emitters, by length.
+/// Edges of emitters, by length.
 #[derive(Debug)]
 pub(super) struct Emitters<'a> {
     walk: Walk<'a>,
@@ -32,21 +33,21 @@ pub(super) struct Emitters<'a> {
     of: Of,
 }
 
-/// Whose edges are sampled, and whose light jumps there.
+/// Which emitters' edges are sampled, and which emission is discontinuous there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Of {
-    /// Those of all emitters, and all that is emitted.
+    /// Edges of all emitters, and all emission.
     All,
-    /// Those of emitters that are not flat, and what each emits itself: borders of flat ones are integrals of their own, and what an
-    /// emitter hides of another is that one's shadow.
+    /// Edges of emitters that are not flat, and the emitter's own emission only: borders of flat emitters are
+    /// separate integrals, and the occlusion of one emitter by another is a shadow of the latter.
     Curved,
 }
 
-/// An edge of an emitter as the last shading point of a path sees it.
+/// An edge of an emitter as seen from the last shading point of a path.
 pub(super) struct Seen {
     along: f64,
     edge: u32,
-    /// The difference of light over the density.
+    /// Difference of radiance divided by the density.
     pub(super) light: DVec3,
     /// ω × e.
     pub(super) normal: DVec3,
@@ -55,7 +56,7 @@ pub(super) struct Seen {
 }
 
 impl<'a> Emitters<'a> {
-    /// As paths of at most `longest` segments see them.
+    /// Edges as seen by paths of at most `longest` segments.
     pub(super) fn new(
         paths: &'a Paths<'a>,
         list: &'a EdgeList,
@@ -76,7 +77,8 @@ impl<'a> Emitters<'a> {
             .collect();
         let table = Table::new(edges.iter().map(|&i| {
             let [a, b] = list.edges[i as usize].span(scene);
-            // At the inner edges of a flat lamp only its texture may jump, or what passes through it there, which has an edge of its own.
+            // At inner edges of a flat lamp only its texture may be discontinuous, or an object that passes
+            // through it, which has its own edge.
             if list.may_jump(scene, &list.edges[i as usize]) { a.distance(b) } else { 0.0 }
         }));
         let walk = Walk::new(Sensor::new(paths), moving, longest.min(limit.saturating_sub(1)));
@@ -87,7 +89,7 @@ impl<'a> Emitters<'a> {
         self.moving.camera || self.moving.has_any(shapes)
     }
 
-    /// One edge's point as seen from the last vertex of a path.
+    /// A point of an edge as seen from the last vertex of a path.
     fn look(
         &self,
         subpath: &CameraSubpath<'_>,
@@ -101,7 +103,7 @@ impl<'a> Emitters<'a> {
         let edge = &self.list.edges[index as usize];
         let x = subpath.vertices[0];
         let shape = scene.shape_of(x.surface);
-        // Along a warp of the film shading points slide that stand still.
+        // With a warped film, static shading points slide as well.
         let rests = !self.moves([shape; 2]) && !self.moves(edge.shapes);
         if self.of == Of::All && subpath.vertices.len() == 1 && rests {
             return None;
@@ -123,7 +125,7 @@ impl<'a> Emitters<'a> {
             Of::All => paths.lit_by_all(hit, direction),
             Of::Curved => paths.lit(LightId::Shape(edge.shapes[0]), hit, direction),
         });
-        // Each emitter's own light is found by its own edges alone.
+        // Each emitter's own light is assigned to its own edges.
         let share = if self.of == Of::Curved { 1.0 } else { sides.share_of_emission(scene) };
         let density = chosen.probability / length * distance * distance;
         let light = reflected * (before - behind) * subpath.weight * (share / density);
@@ -134,7 +136,7 @@ impl<'a> Emitters<'a> {
         Some(Seen { along: chosen.rest, edge: index, light, normal, of })
     }
 
-    /// The edge's point in numbers.
+    /// The edge point over numbers.
     pub(super) fn point<C: Calculus>(&self, calculus: &C, seen: &Seen) -> Vec3<C::Number> {
         let span = self.list.edges[seen.edge as usize].span;
         span.point(self.walk.sensor.paths.scene, seen.along, |i| calculus.position(i))
@@ -145,7 +147,7 @@ impl<'a> Emitters<'a> {
         self.table.total() <= 0.0
     }
 
-    /// Hands over every path of a sample with an edge that its last point sees.
+    /// Calls back with every path of a sample and the edge that its last vertex sees.
     pub(super) fn each(&self, address: Address, mut found: impl FnMut(&CameraSubpath<'_>, &Seen)) {
         let mut numbers = address.numbers(EMITTER_EDGE);
         self.walk.each(&mut numbers, |subpath, shading, numbers| {

@@ -1,10 +1,10 @@
-//! The horizon of a face with shading normals (Theory 9).
+//! Horizon of a face with shading normals (Theory 9).
 //!
-//! A ray that leaves a triangle never hits the triangle itself. Directions ω on both sides of the face's plane see
-//! different things, and a shading normal n_s reflects from both: what is reflected jumps where n·ω = 0, with n
-//! the face's normal. As the face turns, so does that great circle: with ν = n, v·ν = −ω·ṅ. The curve consists
-//! of the triangle's own edges, seen from within its plane; the directions through a point of an edge that
-//! [`secondary`](super::secondary) draws never lie in it.
+//! A ray that leaves a triangle never hits the same triangle. Directions ω on the two sides of the face's
+//! plane see different surfaces, and a shading normal n_s reflects from both: reflected radiance is
+//! discontinuous at n·ω = 0, with n the face's normal. As the face rotates, so does that great circle: with
+//! ν = n, v·ν = −ω·ṅ. The curve consists of the triangle's own edges seen from within its plane, where the
+//! directions through edge points that [`secondary`](super::secondary) samples never lie.
 
 use flatland::calculus::Vec3;
 use glam::DVec3;
@@ -25,23 +25,23 @@ pub(super) struct Horizon<'a> {
     walk: Walk<'a>,
     moving: &'a Moving,
     empty: bool,
-    /// Triangles that emit, by area.
+    /// Emitting triangles, by area.
     emitters: Vec<u32>,
     table: Table,
     lights: Beyond,
 }
 
-/// What is seen beyond a horizon.
+/// Light beyond a horizon that counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Beyond {
-    /// Everything.
+    /// All light.
     All,
-    /// The lights that next-event estimation finds.
+    /// Light sampled by next-event estimation.
     Lights,
 }
 
-/// A direction in the plane of a face, the length of the curve for a unit of density, and the emitter it was
-/// drawn for.
+/// A direction in the plane of a face, the length of curve per unit of density, and the emitter it was
+/// sampled for.
 struct Drawn {
     direction: DVec3,
     length: f64,
@@ -68,7 +68,7 @@ impl<'a> Horizon<'a> {
         Self { walk, moving, empty, emitters, table, lights }
     }
 
-    /// A direction in the plane through x: to an emitter where the plane cuts it, and any.
+    /// Two directions in the plane through x: one towards an emitter that the plane cuts, one uniform.
     fn draw(&self, x: DVec3, normal: DVec3, numbers: &mut Sequence) -> [Option<Drawn>; 2] {
         let (choice, [a, b]) = (numbers.one(), numbers.pair());
         let (s, t) = normal.any_orthonormal_pair();
@@ -131,7 +131,7 @@ impl<'a> Horizon<'a> {
         }
     }
 
-    /// The light below the horizon less that above it.
+    /// Radiance below the horizon less that above it.
     fn difference(
         &self,
         subpath: &CameraSubpath<'_>,
@@ -145,7 +145,7 @@ impl<'a> Horizon<'a> {
             Some(emitter) => hit.surface == Surface::Triangle(emitter),
             None => true,
         };
-        // Beyond its own triangle the face may go on: a ray along it must be farther from its plane there
+        // The face may continue beyond its own triangle: the ray must be farther from the face's plane there
         // than x is.
         let [a, b, c] = paths.scene.corners(triangle);
         let border = a.distance(b).min(b.distance(c)).min(c.distance(a));
@@ -163,7 +163,7 @@ impl<'a> Horizon<'a> {
             }
             let depth = subpath.vertices.len() + 1;
             let radiance = paths.still_radiance(x.position, direction, hit, depth, &mut numbers.clone());
-            // Emitters are another direction's.
+            // Emitters are covered by the other direction.
             radiance - hit.map_or(DVec3::ZERO, |h| paths.lit_by_all(Some(h), direction))
         };
         light(-1.0) - light(1.0)

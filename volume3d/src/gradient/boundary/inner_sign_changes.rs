@@ -1,14 +1,14 @@
-//! Where a two-sided surface turns its other side to an earlier point of a path (Theory 9).
+//! Curves where a two-sided surface turns its other side to an earlier vertex of a path (Theory 9).
 //!
-//! As on the film (see [`sign_changes`](super::sign_changes)), the radiance that leaves a point x of a
-//! surface towards a point y jumps where G = n_s(x)·d = 0, with n_s the interpolated normal and d the
+//! As on the film (see [`sign_changes`](super::sign_changes)), the radiance from a point x of a surface
+//! towards a point y is discontinuous at G = n_s(x)·d = 0, with n_s the interpolated normal and d the
 //! direction from x to y. Over all points y the boundary term is
 //!
 //! > ∫∫ f ΔL (−Ġ) |n_x·d| dφ dA_x,
 //!
-//! φ being the angle along the great circle of directions orthogonal to n_s: one draws a point of a surface
-//! with a direction in which its shading normal turns, and finds y. |n_x·d| is no larger than the sine of the
-//! angle between the two normals.
+//! with φ the angle along the great circle of directions orthogonal to n_s: sample a surface point and a
+//! direction orthogonal to its shading normal, and trace to y. |n_x·d| is at most the sine of the angle
+//! between the two normals.
 
 use std::f64::consts::TAU;
 
@@ -26,18 +26,18 @@ use crate::gradient::film::FilmPlane;
 use crate::path::{Calculus, Paths, Sequence, SurfacePoint};
 use crate::scene::{Hit, NONE, Scene, Surface};
 
-/// The radiance on either side is that for viewers at this angle to the plane where the side turns, in
-/// radians, or as far as rounding may turn what is seen of a triangle of its size there: what it leaves out
-/// is as small.
+/// Angle, in radians, between the plane where the surface turns and the viewers for which the radiance on
+/// either side is evaluated; at least the angle of rounding at a triangle of its size. The error is of the
+/// same order.
 const ASIDE: f64 = 1e-6;
 
-/// Triangles whose side may turn in view of others.
+/// Triangles that may turn their other side to other surfaces.
 #[derive(Debug)]
 pub(super) struct InnerSignChanges<'a> {
     sensor: Sensor<'a>,
     moving: &'a Moving,
     table: Table,
-    /// The longest part of a path before the one that turns: two segments at least are left.
+    /// Largest number of path segments before the one that turns: at least two are left.
     longest: usize,
 }
 
@@ -61,13 +61,13 @@ impl<'a> InnerSignChanges<'a> {
         self.moving.camera || self.moving.shapes[self.sensor.paths.scene.shape_of(surface) as usize]
     }
 
-    /// The radiance that leaves x, less that from its other side, for a viewer on the plane between.
+    /// Radiance from x less that from its other side, for a viewer on the plane between.
     fn difference(&self, turn: &Turn, depth: usize, numbers: &Sequence) -> DVec3 {
         let paths = self.sensor.paths;
         let angle = ASIDE.max(clear(turn.largest, turn.size));
         let [before, behind] = [-1.0, 1.0].map(|side| {
             let towards = (turn.towards + side * angle * turn.normal).normalize();
-            // As far away as the triangle is large: any place on the line will do, and this one does not round.
+            // Any point on the line is equivalent; at a distance of the triangle's size rounding is harmless.
             let viewer = turn.point + turn.size * towards;
             let hit = Hit { surface: turn.surface, distance: turn.size, coordinates: turn.weights };
             paths.still_radiance(viewer, -towards, Some(hit), depth, &mut numbers.clone())
@@ -76,23 +76,23 @@ impl<'a> InnerSignChanges<'a> {
     }
 }
 
-/// A point of a surface whose side turns in a direction.
+/// A surface point that turns its other side in a direction.
 #[derive(Clone, Copy, Debug)]
 struct Turn {
     surface: Surface,
     weights: [f64; 3],
     point: DVec3,
-    /// The shading normal.
+    /// Shading normal.
     normal: DVec3,
     towards: DVec3,
-    /// A length of the triangle.
+    /// Length scale of the triangle.
     size: f64,
-    /// Its largest coordinate.
+    /// Largest coordinate.
     largest: f64,
 }
 
 impl Turn {
-    /// As the vertex that a path comes to.
+    /// The point as the next vertex of a path.
     fn next(&self) -> Vertex {
         Vertex { position: self.point, surface: self.surface }
     }
@@ -116,8 +116,8 @@ fn normals(scene: &Scene, triangle: u32) -> [DVec3; 3] {
     scene.triangles[triangle as usize].normals.map(|i| scene.normals[i as usize])
 }
 
-/// A triangle's area times the largest sine of the angle between its own normal and that of a corner; 0 where it
-/// reflects nothing.
+/// A triangle's area times the largest sine of the angle between its own normal and that of a corner; 0 if it
+/// does not reflect.
 fn deviation(scene: &Scene, triangle: u32) -> f64 {
     let t = &scene.triangles[triangle as usize];
     if t.normals[0] == NONE || !reflects(scene, triangle) {
@@ -134,10 +134,10 @@ pub(super) struct Seen {
     turn: Turn,
     film: FilmPlane,
     at: DVec2,
-    /// The path's shading points, the last first.
+    /// Shading points of the path, last first.
     vertices: Vec<Vertex>,
     weight: DVec3,
-    /// Of the paths on both sides.
+    /// Random numbers of the paths on both sides.
     numbers: Sequence,
 }
 
@@ -161,7 +161,7 @@ impl Curve for InnerSignChanges<'_> {
         }
         let start = Vertex { position: turn.point + turn.towards * hit.distance, surface: hit.surface };
         let [a, b, c] = scene.corners(triangle);
-        // |n_x·d| dA, over the density of points and angles.
+        // |n_x·d| dA divided by the density of points and angles.
         let scale = 0.5 * (b - a).cross(c - a).dot(turn.towards).abs() * TAU / chosen.probability;
         let mut backwards = address.numbers(BEFORE_SIGN_CHANGE);
         self.sensor.each_subpath(
@@ -195,7 +195,7 @@ impl Curve for InnerSignChanges<'_> {
         let scene = self.sensor.paths.scene;
         let (origin, direction) =
             warped_ray(self.sensor.paths, calculus, eye, &place.vertices, Some(&place.turn.next()));
-        // Only triangles interpolate normals, and their planes tell how far away they are.
+        // Only triangles interpolate normals, and their distance follows from their plane.
         let distance = f64::NAN;
         let point = SurfacePoint::new(scene, calculus, origin, direction, place.turn.surface, distance);
         -point.interpolated_normal(scene, calculus).dot(point.viewer)

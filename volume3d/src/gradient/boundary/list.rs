@@ -1,4 +1,4 @@
-//! The edges of a scene and its crossings, each once, with the triangles that meet in it.
+//! Unique edges and crossings of a scene, with their adjacent triangles.
 
 use std::collections::HashSet;
 
@@ -10,45 +10,46 @@ use crate::gradient::jump_mean::Faces;
 use crate::scene::FLAT as COPLANAR;
 use crate::scene::{Hit, Reflectance, Scene, Span, Surface, parts};
 
-/// Two faces at a smaller angle are one plane, to rounding.
+/// Angle between two faces up to which they count as coplanar, for rounding.
 const FLAT: f64 = 1e-12;
 
-/// What rounding of the positions as they were given does to faces whose shape is not lost: more is a fold.
+/// Largest tilt that rounding of the input positions can cause for well-shaped faces; a larger angle is a
+/// fold.
 const MOST_TILT: f64 = COPLANAR;
 
-/// A triangle at an edge.
+/// A triangle adjacent to an edge.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Face {
     pub(super) triangle: u32,
-    /// The corner that is not on the edge; at a crossing, any.
+    /// The corner not on the edge; for a crossing, any corner.
     opposite: u32,
 }
 
-/// An edge or a crossing, and where its triangles are in the list.
+/// An edge or crossing, with the range of its triangles in the list.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Edge {
     pub(super) span: Span,
-    /// The shapes of its triangles: of an edge, one.
+    /// Shapes of its triangles; for an edge, the same one twice.
     pub(super) shapes: [u32; 2],
-    /// Whether what is seen jumps there from wherever it is seen; if not, only where it is a silhouette.
+    /// Whether the edge is a discontinuity from every viewpoint; otherwise only as a silhouette.
     pub(super) jump: bool,
-    /// Whether it stands for a crossing that runs along it: something passes through the fold.
+    /// Whether it represents a crossing along it: another surface passes through the fold.
     pub(super) crossed: bool,
     first: u32,
     count: u32,
-    /// Where the triangles of all edges at the same place are in the list, those of other shapes included.
+    /// Range of the triangles of all coincident edges, those of other shapes included.
     first_there: u32,
     count_there: u32,
     /// See [`EdgeList::find_limits`].
     pub(super) limits: Option<[DVec3; 2]>,
 }
 
-/// All edges at which what is seen may jump.
+/// All edges at which visible radiance may be discontinuous.
 #[derive(Clone, Debug, Default)]
 pub(super) struct EdgeList {
     pub(super) edges: Vec<Edge>,
     faces: Vec<Face>,
-    /// For each triangle the first of those that continue it in its plane.
+    /// For each triangle, the first of those that continue it in its plane.
     plane: Vec<u32>,
 }
 
@@ -60,7 +61,7 @@ impl EdgeList {
         let at_places = scene.triangles.iter().map(|t| t.positions.map(|i| places[i as usize]));
         for there in Edges::of(at_places).iter() {
             let (first_there, count_there) = (list.faces.len() as u32, there.len() as u32);
-            // Each shape has the place's edge once, and its triangles are together.
+            // Each shape has one edge at a place, and its triangles are contiguous.
             let shape = |triangle: u32| scene.triangles[triangle as usize].shape;
             for group in there.chunk_by(|a, b| shape(a.triangle) == shape(b.triangle)) {
                 let (triangle, k) = (group[0].triangle, group[0].corner as usize);
@@ -85,7 +86,7 @@ impl EdgeList {
             }
         }
         list.add_crossings(scene);
-        // Samples are drawn systematically from the list: neighbours in it should be neighbours in space.
+        // Samples are stratified along the list: neighbours in the list should be neighbours in space.
         list.edges.par_sort_by_cached_key(|edge| {
             let [a, b] = edge.span(scene);
             place.at(a.midpoint(b))
@@ -101,14 +102,14 @@ impl EdgeList {
         for (index, crossing) in (0..).zip(scene.crossings().all()) {
             let [own, _] = crossing.triangles;
             if let Some(other) = crossing.continued.filter(|&other| are_folded(scene, own, other)) {
-                // It is an edge of the list already, and finds the same jump.
+                // It is already in the list as an edge, which covers the same discontinuity.
                 along.insert(in_order(own, other));
                 continue;
             }
             let first = self.faces.len() as u32;
             let face =
                 |triangle: u32| Face { triangle, opposite: scene.triangles[triangle as usize].positions[0] };
-            // Along an edge within a plane both of its triangles are seen to meet the other surface.
+            // Along an edge within a plane, both of its triangles meet the other surface.
             self.faces.extend(crossing.triangles.into_iter().chain(crossing.continued).map(face));
             let count = self.faces.len() as u32 - first;
             self.edges.push(Edge {
@@ -131,42 +132,43 @@ impl EdgeList {
         self.edges.iter_mut().zip(crossed).for_each(|(edge, crossed)| edge.crossed = crossed);
     }
 
-    /// The triangles that meet in an edge.
+    /// Triangles adjacent to an edge.
     pub(super) fn faces(&self, edge: &Edge) -> &[Face] {
         &self.faces[edge.first as usize..(edge.first + edge.count) as usize]
     }
 
-    /// The triangles that meet in an edge, by their numbers.
+    /// Indices of the triangles adjacent to an edge.
     pub(super) fn triangles(&self, edge: &Edge) -> impl Iterator<Item = u32> {
         self.faces(edge).iter().map(|face| face.triangle)
     }
 
-    /// Whether an edge bounds faces, and is not between two triangles of one.
+    /// Whether an edge bounds faces, rather than separating two triangles of one face.
     pub(super) fn bounds_faces(&self, edge: &Edge) -> bool {
         let mut planes = self.triangles(edge).map(|t| self.plane[t as usize]);
         let first = planes.next();
         edge.jump || planes.any(|plane| Some(plane) != first)
     }
 
-    /// Whether what is seen can jump at an edge: not where two coplanar triangles continue one another.
+    /// Whether radiance may be discontinuous at an edge: not between coplanar triangles that continue one
+    /// another.
     ///
-    /// At a fold with smooth shading it does as well: a light may be above the horizon of one face and below that of
-    /// the other, while the shading normals reflect it on both.
+    /// A fold with smooth shading is a discontinuity as well: a light may be above the horizon of one face
+    /// and below that of the other, while the shading normals of both reflect it.
     pub(super) fn may_jump(&self, scene: &Scene, edge: &Edge) -> bool {
         edge.jump || !self.is_flat(scene, edge)
     }
 
-    /// Whether an edge is that of two coplanar triangles that continue one another.
+    /// Whether an edge separates two coplanar triangles that continue one another.
     pub(super) fn is_flat(&self, scene: &Scene, edge: &Edge) -> bool {
         let tilt = || self.triangles(edge).map(|t| scene.tilt(t)).sum::<f64>();
         edge.limits.is_some_and(|[u, v]| {
             let angle = u.distance(v);
-            // The tilt is asked for where it may matter only: it is no more where triangles are no slivers.
+            // `tilt` is evaluated only where it may matter: it exceeds the bound only for slivers.
             angle <= FLAT || angle <= MOST_TILT && angle <= tilt()
         })
     }
 
-    /// On which sides of the plane through an edge, with this normal, triangles lie: before it and behind it.
+    /// Whether triangles lie before and behind the plane with this normal through an edge.
     pub(super) fn occupied(&self, scene: &Scene, edge: &Edge, normal: DVec3) -> [bool; 2] {
         if edge.is_crossing() {
             return [true; 2];
@@ -180,8 +182,8 @@ impl EdgeList {
         sides
     }
 
-    /// Of an edge of two triangles: unit vectors orthogonal to it, one into the first triangle and one away from
-    /// the second. The edge is a silhouette in directions between the two, and their opposites.
+    /// For an edge of two triangles: unit vectors orthogonal to it, one into the first triangle and one away
+    /// from the second. The edge is a silhouette in directions between the two, and in their opposites.
     fn find_limits(&self, scene: &Scene, edge: &Edge) -> Option<[DVec3; 2]> {
         let [f, g] = self.faces(edge) else { return None };
         if edge.is_crossing() {
@@ -196,20 +198,20 @@ impl EdgeList {
         Some([away(f), -away(g)])
     }
 
-    /// Whether an edge is that of what is hit beside it, and of no more than one other triangle: a softened field follows it exactly
-    /// there.
+    /// Whether an edge belongs to the surface hit next to it and has at most two triangles: there a softened
+    /// field follows it exactly.
     pub(super) fn owns(&self, edge: &Edge, hit: Option<Hit>) -> bool {
         let of_few = !edge.is_crossing() && self.faces(edge).len() <= 2;
         of_few && hit.is_some_and(|hit| self.has(edge, hit.surface))
     }
 
-    /// Whether a surface is one of those that meet in an edge.
+    /// Whether a surface is one of those adjacent to an edge.
     pub(super) fn has(&self, edge: &Edge, surface: Surface) -> bool {
         self.continues(self.faces(edge), surface)
     }
 
-    /// Whether a surface is one of some triangles, or continues one in its plane: what is seen just aside of an edge may be the next
-    /// triangle of a narrow face, or of one that is seen almost edge-on.
+    /// Whether a surface is one of the triangles or continues one in its plane: the surface seen next to an
+    /// edge may be the next triangle of a narrow face, or of one seen almost edge-on.
     fn continues(&self, faces: &[Face], surface: Surface) -> bool {
         let Surface::Triangle(triangle) = surface else { return false };
         faces.iter().any(|f| self.plane[f.triangle as usize] == self.plane[triangle as usize])
@@ -217,14 +219,14 @@ impl EdgeList {
 }
 
 impl EdgeList {
-    /// Whether a surface meets an edge of the same ends, be it another shape's.
+    /// Whether a surface is adjacent to an edge with the same ends, possibly of another shape.
     pub(super) fn has_there(&self, edge: &Edge, surface: Surface) -> bool {
         let range = edge.first_there as usize..(edge.first_there + edge.count_there) as usize;
         self.continues(&self.faces[range], surface)
     }
 }
 
-/// Whether triangles that continue one another are not in one plane.
+/// Whether triangles that continue one another are not coplanar.
 pub(super) fn are_folded(scene: &Scene, s: u32, t: u32) -> bool {
     let normal = |t: u32| {
         let [a, b, c] = scene.corners(t);
@@ -233,18 +235,18 @@ pub(super) fn are_folded(scene: &Scene, s: u32, t: u32) -> bool {
     normal(s).distance(normal(t)) > COPLANAR
 }
 
-/// A pair of triangles, the smaller first.
+/// A pair of triangles in ascending order.
 fn in_order(a: u32, b: u32) -> [u32; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// Places along a curve that fills the box around a scene (Morton 1966).
+/// Positions along a space-filling curve in the scene's bounding box (Morton 1966).
 struct Curve {
     low: DVec3,
     scale: DVec3,
 }
 
-/// Bits of each coordinate.
+/// Bits per coordinate.
 const BITS: u32 = 20;
 
 impl Curve {
@@ -260,7 +262,7 @@ impl Curve {
     }
 }
 
-/// The lowest 20 bits, two others between each and the next.
+/// Spreads the lowest 20 bits, with two zero bits between neighbours.
 fn apart(mut bits: u64) -> u64 {
     bits &= (1 << BITS) - 1;
     for (shift, kept) in [
@@ -275,9 +277,9 @@ fn apart(mut bits: u64) -> u64 {
     bits
 }
 
-/// The first position at the place of each.
+/// For each position, the first one at the same place.
 fn places(scene: &Scene) -> Vec<u32> {
-    // + 0 makes −0 and 0 one.
+    // Adding 0 maps −0 to 0.
     let bits = |i: u32| scene.positions[i as usize].to_array().map(|x| (x + 0.0).to_bits());
     let mut order: Vec<u32> = (0..scene.positions.len() as u32).collect();
     order.par_sort_unstable_by_key(|&i| (bits(i), i));
@@ -294,19 +296,20 @@ impl Edge {
         self.span.ends(scene)
     }
 
-    /// Whether it is where two triangles pass through one another. What is hidden stays hidden there: it is the radiance of
-    /// these two that jumps.
+    /// Whether it is a crossing of two triangles. It does not change visibility: only the radiance of these
+    /// two is discontinuous.
     pub(super) fn is_crossing(&self) -> bool {
         matches!(self.span, Span::Crossing(_))
     }
 
-    /// Whether it is a crossing along an edge within a plane, which it may leave as it moves: it finds all of the jump there.
+    /// Whether it is a crossing along an edge within a plane, which it may leave as it moves: the whole
+    /// discontinuity is assigned to it.
     pub(super) fn runs_along_an_edge(&self, scene: &Scene) -> bool {
         matches!(self.span, Span::Crossing(index) if scene.crossings().get(index).continued.is_some())
     }
 }
 
-/// Whether a triangle reflects anything.
+/// Whether a triangle reflects light.
 pub(super) fn reflects(scene: &Scene, triangle: u32) -> bool {
     let material = scene.material_of(Surface::Triangle(triangle));
     parts(&scene.description.materials, material).into_iter().any(|part| {

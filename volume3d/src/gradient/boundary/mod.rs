@@ -1,10 +1,10 @@
-//! Boundary terms of meshes: ∮ Δf v·ν along the curves at which light jumps, by sampling points of them.
+//! Boundary terms of meshes: ∮ Δf v·ν along curves of discontinuity, by sampling points of them.
 //!
-//! Edges and crossings on the film and as shading points see them, borders of emitters, and the curves that
-//! smooth shading brings: where a surface turns its other side to the camera or to an earlier point of the
-//! path, and the horizon of a face that turns (Theory 9). Edge sampling takes all of them with V = 0; warped
-//! area the sign changes alone, with v − V in place of v (Theory 7): its field follows the rest, but for the
-//! borders of flat emitters, which are added where next-event estimation meets them.
+//! The curves are edges and crossings on the film and as seen from shading points, borders of emitters, and
+//! the curves of smooth shading: where a surface turns its other side to the camera or to an earlier path
+//! vertex, and the horizon of a rotating face (Theory 9). Edge sampling takes all of them with V = 0;
+//! warped-area sampling takes only the sign changes, with v − V in place of v (Theory 7): its field follows
+//! the others except borders of flat emitters, which are added during next-event estimation.
 
 mod along_warp;
 mod curve;
@@ -49,7 +49,7 @@ use super::{ActiveParameters, Stopped};
 use crate::path::{Kernels, Paths};
 use crate::scene::Scene;
 
-/// Streams of random numbers, beside those of the interior term.
+/// Random streams, distinct from those of the interior term.
 const PRIMARY_EDGE: u64 = 16;
 const LIT_EDGE: u64 = 17;
 const REST_EDGE: u64 = 18;
@@ -63,11 +63,11 @@ const BEFORE_SIGN_CHANGE: u64 = 25;
 const SIGN_CHANGE_AUXILIARY: u64 = 26;
 const OUTLINE: u64 = 27;
 
-/// For a sample of a jump that moves there is at most this of what stands still, where something moves: that counts only where the
-/// shading point moves. Fewer would be rare and large.
+/// Cap on the weight of static edges relative to that of moving ones, if any geometry moves. Static edges
+/// contribute only if the shading point moves; with a smaller fraction their samples would be rare and large.
 const STILL: f64 = 0.5;
 
-/// What moves, or is active: the shapes, and the camera.
+/// Moving or active shapes and camera.
 #[derive(Clone, Debug)]
 pub(super) struct Moving {
     pub(super) shapes: Vec<bool>,
@@ -75,13 +75,13 @@ pub(super) struct Moving {
 }
 
 impl Moving {
-    /// As if everything did.
+    /// Everything moves.
     fn everything(scene: &Scene) -> Self {
         let description = &scene.description;
         Self { shapes: vec![true; description.shapes.len() + description.implicits.len()], camera: true }
     }
 
-    /// What moves or turns its normals.
+    /// Shapes that move or whose normals change.
     pub(super) fn of(scene: &Scene, motion: &Motion<'_>) -> Self {
         let turns = |s: usize| motion.normals[scene.normal_range(s)].iter().any(|n| *n != DVec3::ZERO);
         let meshes = motion.moves.iter().enumerate().map(|(s, moves)| *moves || turns(s));
@@ -89,7 +89,7 @@ impl Moving {
         Self { shapes, camera: motion.camera_moves }
     }
 
-    /// What is active.
+    /// Active shapes and camera.
     pub(super) fn active(active: &ActiveParameters) -> Self {
         let shapes = active.shapes.iter().chain(&active.implicits).copied().collect();
         Self { shapes, camera: active.camera }
@@ -99,12 +99,12 @@ impl Moving {
         self.camera || self.shapes.iter().any(|&s| s)
     }
 
-    /// Whether any of some shapes moves.
+    /// Whether any of the given shapes moves.
     fn has_any(&self, shapes: [u32; 2]) -> bool {
         shapes.iter().any(|&s| self.shapes[s as usize])
     }
 
-    /// Scales the weights of what stands still down to a part of what moves, if something does.
+    /// Scales the weights of static entries down to a fraction of those of moving ones, if there are any.
     fn limit_still(&self, weights: &mut [f64], part: f64, moves: impl Fn(usize) -> bool) {
         let sum = |moving: bool| -> f64 {
             weights.iter().enumerate().filter(|&(i, _)| moves(i) == moving).map(|(_, w)| w).sum()
@@ -117,22 +117,22 @@ impl Moving {
     }
 }
 
-/// Which term a boundary belongs to.
+/// The term to which a boundary belongs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Term {
     Primary,
     Secondary,
-    /// Of the secondary term, what surfaces reflect, a constant environment, and outlines of emitters after a bounce: it has samples of
-    /// its own.
+    /// The part of the secondary term with a sample count of its own: light reflected by surfaces, a constant
+    /// environment, and outlines of emitters after a bounce.
     Bounce,
 }
 
-/// What is done with every boundary there is.
+/// Consumer of boundaries.
 pub(super) trait Take {
     fn take(&mut self, term: Term, boundary: &impl Boundary) -> Result<(), Stopped>;
 }
 
-/// Hands over all boundaries of a scene, one after the other.
+/// Passes all boundaries of a scene to a consumer.
 pub(super) fn each_boundary(scene: &Scene, moving: &Moving, taker: &mut impl Take) -> Result<(), Stopped> {
     if !moving.anything() {
         return Ok(());

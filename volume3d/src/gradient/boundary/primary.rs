@@ -1,4 +1,4 @@
-//! Jumps on the film: ∮ h (L⁻ − L⁺) v·ν dl along the projected edges.
+//! Discontinuities on the film: ∮ h (L⁻ − L⁺) v·ν dl along projected edges.
 
 use flatland::calculus::Vec3;
 use glam::{DVec2, DVec3};
@@ -14,44 +14,47 @@ use crate::gradient::film::FilmPlane;
 use crate::gradient::jump_mean::SceneEdges;
 use crate::path::{Frame, Paths, Sequence};
 
-/// The ray on either side of a projected edge leaves it by this many pixels at least, a thousand times what
-/// the rounding of film coordinates below 1,000 and of directions makes of it.
+/// Least distance, in pixels, of the rays on either side from a projected edge: a thousand times the rounding
+/// error of directions and of film coordinates below 1,000.
 const ASIDE_PIXELS: f64 = 1e-9;
 
-/// A face at which one looks along its plane up to this angle, in radians, may be seen as less than a line:
-/// far more than rounding makes of any face whose shape is not lost, and one edge too many costs a sample.
+/// Angle, in radians, up to which a face counts as seen edge-on, where its width may vanish in rounding. It
+/// far exceeds the rounding at any well-shaped face; a superfluous edge costs only a sample.
 const EDGE_ON: f64 = 1e-4;
 
-/// The least contrast a crease is credited with: what is reflected there may jump for other reasons than its normal.
+/// Least contrast assumed at a crease, as reflected light may be discontinuous for reasons other than the
+/// normal.
 const LEAST: f64 = 0.02;
 
-/// The same where it bounds a narrow face: a softened field leaves part of its motion, whatever its contrast.
+/// Least contrast assumed at the border of a narrow face: a softened field leaves part of its motion,
+/// whatever the contrast.
 const LEAST_OF_NARROW: f64 = 0.25;
 
-/// What a fold with smooth shading counts, of what a crease does.
+/// Weight of a fold with smooth shading, relative to a crease.
 const SMOOTH: f64 = 0.5;
 
-/// Pieces of edges are at most so many pixels long, unless there are too many of one: each is seen or hidden for itself. Of whole edges that are seen in part,
-/// but not in the middle, pixels had most of the noise: 20 thin prisms that turn now have 0.3 to 0.4 of their film's variance, and 2,000 leaves half.
+/// Largest length of a piece of an edge, in pixels, unless [`MOST_PIECES`] would be exceeded: visibility is
+/// tested for each piece. Whole edges that are partly visible, but not in the middle, caused most of the
+/// noise.
 const PIECE: f64 = 2.0;
 const MOST_PIECES: f64 = 64.0;
 
-/// What a piece counts whose middle is hidden, of what it counts otherwise, if it is short, and what is added if it is as long as pieces are: other parts
-/// of it may be seen.
+/// Weight factor of a piece whose midpoint is occluded, and the amount added to it in proportion to the
+/// piece's length: other parts of it may be visible.
 const HIDDEN: f64 = 0.05;
 const HIDDEN_IF_LONG: f64 = 0.25;
 
-/// The part of the way to an edge at which its own surface is no longer in the way: of weights only, of which
-/// none is 0.
+/// Fraction of the distance to an edge beyond which its own surface does not occlude it. It affects only
+/// weights, none of which is 0.
 const NEARLY: f64 = 1e-6;
 
 /// Which edges are sampled.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Lines<'a> {
-    /// Those of what moves at which what is seen may jump.
+    /// Edges of moving shapes at which radiance may be discontinuous.
     Jumps,
-    /// What a field of a softness in pixels follows in part: silhouettes, borders and crossings, and all borders of narrow faces;
-    /// those at rest as well, as the field moves against them.
+    /// Edges that a field with a softness in pixels follows only in part: silhouettes, borders and crossings,
+    /// and all borders of narrow faces; static ones as well, as the field moves relative to them.
     Left { edges: &'a SceneEdges, softness: f64 },
 }
 
@@ -61,12 +64,12 @@ struct Line {
     edge: u32,
     /// Film points of both ends.
     ends: [DVec2; 2],
-    /// How far along the edge they are, and how deep.
+    /// Positions of the ends along the edge, and their depths.
     along: [f64; 2],
     depth: [f64; 2],
 }
 
-/// All edges on the film, by length.
+/// All edges on the film, by length and contrast.
 #[derive(Debug)]
 pub(super) struct Primary<'a> {
     paths: &'a Paths<'a>,
@@ -88,7 +91,7 @@ impl<'a> Primary<'a> {
         for (index, edge) in list.edges.iter().enumerate() {
             let counts = match which {
                 Lines::Jumps => moves(edge) && list.may_jump(scene, edge),
-                // Each point of a lens sees other silhouettes, and other faces as narrow.
+                // Silhouettes and narrow faces differ between points of a lens.
                 Lines::Left { .. } if film.has_lens() => {
                     list.may_jump(scene, edge) || list.bounds_faces(edge)
                 }
@@ -108,7 +111,8 @@ impl<'a> Primary<'a> {
         primary
     }
 
-    /// Whether the middle of the lens may see an edge as a silhouette: all borders, crossings and what they run along.
+    /// Whether an edge may be a silhouette from the centre of the lens; true for all borders, crossings and
+    /// edges along which these run.
     fn may_be_silhouette(&self, edge: &Edge) -> bool {
         if edge.crossed {
             return true;
@@ -117,13 +121,13 @@ impl<'a> Primary<'a> {
         let [a, b] = edge.span(self.paths.scene);
         let way = self.frame.origin.value() - a;
         let facing = [u, v].map(|u| u.cross(b - a).dot(way));
-        // Before a face that is narrower than rays go aside, its other edge stands for both.
+        // In front of a face narrower than the offset of the rays, the other edge represents both.
         let edge_on = facing.iter().any(|f| f.abs() <= EDGE_ON * a.distance(b) * way.length());
         edge_on || facing[0] * facing[1] <= 0.0
     }
 
-    /// Whether an edge bounds a face that is so narrow, as it is seen from the middle of the lens, that a softened field follows its border in
-    /// part.
+    /// Whether an edge bounds a face so narrow, seen from the centre of the lens, that a softened field
+    /// follows its border only in part.
     fn bounds_narrow(&self, edge: &Edge) -> bool {
         self.list.bounds_faces(edge) && self.list.triangles(edge).any(|t| self.is_narrow(&self.film, t))
     }
@@ -133,9 +137,9 @@ impl<'a> Primary<'a> {
         edges.border_softness(triangle, film.still.origin.value(), softness * film.pixel_angle()) > 0.0
     }
 
-    /// Roughly how much an edge counts: its length on the film, times the contrast there. Across a crease the
-    /// radiance changes as much as the normal turns; across a silhouette, and at a seam of texture coordinates within a
-    /// plane, by all of it.
+    /// Approximate importance of an edge: its length on the film times the contrast. Across a crease the
+    /// radiance changes in proportion to the normal; across a silhouette, and at a texture seam within a
+    /// plane, the contrast is 1.
     fn weight(&self, line: &Line) -> f64 {
         let scene = self.paths.scene;
         let edge = &self.list.edges[line.edge as usize];
@@ -154,7 +158,8 @@ impl<'a> Primary<'a> {
         };
         let [a, b] = edge.span(scene);
         if self.film.has_lens() {
-            // What hides it from one point of the lens may not from another, and a near end is seen at any size.
+            // An occluder for one point of the lens may not be one for another, and a near end may appear at
+            // any size.
             let [start, end] = line.along;
             let depth = 0.5 * (line.depth[0] + line.depth[1]);
             return a.distance(b) * (end - start) / depth * contrast;
@@ -168,14 +173,15 @@ impl<'a> Primary<'a> {
         length * contrast * seen
     }
 
-    /// The pieces of a line, each of which is seen or hidden for itself. What is hidden from one point of a lens is not from others.
+    /// Pieces of a line, whose visibility is tested separately. With a lens the line stays whole.
     fn pieces(&self, line: Line) -> impl Iterator<Item = Line> + use<> {
         let length = line.ends[0].distance(line.ends[1]);
         let count = if self.film.has_lens() { 1.0 } else { (length / PIECE).ceil().clamp(1.0, MOST_PIECES) };
         (0..count as usize).map(move |i| line.part([i as f64 / count, (i + 1) as f64 / count]))
     }
 
-    /// The part of an edge before the camera that is within the cells of the film, or that a lens may see there.
+    /// The part of an edge in front of the camera that projects into the cells of the film, or that a lens
+    /// may see there.
     fn project(&self, index: u32, edge: &Edge) -> Option<Line> {
         let [a, b] = edge.span(self.paths.scene).map(|p| {
             let way = p - self.frame.origin.value();
@@ -192,7 +198,8 @@ impl<'a> Primary<'a> {
         let [centre] = [self.film.project(&self.frame, self.frame.origin + self.frame.forward)];
         let centre = DVec2::from(centre);
         let (low, high) = ((low - centre) / focal, (high - centre) / focal);
-        // How far beside other points of the lens see as well: they are shifted, and their image planes back.
+        // Widened by the region that other points of the lens see: these are shifted, and their image planes
+        // shifted back.
         let beside = |z: f64| self.film.beside(z);
         let heights = |p: DVec3| {
             let DVec2 { x, y } = beside(p.z);
@@ -226,7 +233,7 @@ impl<'a> Primary<'a> {
 }
 
 impl Line {
-    /// The film point at a fraction of the projected length, and how far along the edge it is.
+    /// Film point at a fraction of the projected length, and position along the edge.
     ///
     /// 1/z is linear on the film.
     fn at(&self, fraction: f64) -> (DVec2, f64) {
@@ -244,21 +251,21 @@ impl Line {
     }
 }
 
-/// A point of an edge that the camera sees, and what is seen on both sides of it.
+/// A visible point of an edge, and the surfaces on both sides of it.
 #[derive(Debug)]
 pub(super) struct EdgePoint<'e> {
     edge: &'e Edge,
-    /// How far along the edge.
+    /// Position along the edge.
     along: f64,
     pub(super) film: FilmPlane,
     pub(super) at: DVec2,
-    /// From the side before to the side behind.
+    /// Normal, from the side before to the side behind.
     pub(super) normal: DVec2,
     pub(super) sides: Sides,
     directions: [DVec3; 2],
-    /// One over the density, of the length on the film.
+    /// One over the density by length on the film.
     pub(super) scale: f64,
-    /// Of the paths on both sides.
+    /// Random numbers of the paths on both sides.
     numbers: Sequence,
 }
 
@@ -268,7 +275,7 @@ impl Primary<'_> {
         self.table.total() <= 0.0
     }
 
-    /// A point of an edge by its weight, if it is seen.
+    /// Samples a point of an edge by weight; `None` if it is not visible.
     pub(super) fn draw(&self, address: Address) -> Option<EdgePoint<'_>> {
         let scene = self.paths.scene;
         let mut numbers = address.numbers(PRIMARY_EDGE);
@@ -279,7 +286,7 @@ impl Primary<'_> {
         let origin = film.still.origin.value();
         let [a, b] = edge.span(scene);
         let (u, s, line) = if film.has_lens() {
-            // Lines through each point of the lens are others: the point is drawn in space, uniformly.
+            // The projection depends on the point of the lens: the point is sampled uniformly in space.
             let [start, end] = line.along;
             let s = start + (end - start) * chosen.rest;
             let way = a.lerp(b, s) - origin;
@@ -297,7 +304,7 @@ impl Primary<'_> {
         let length = line.length();
         let normal = line.perp() / length;
         if !normal.is_finite() {
-            // Seen end-on.
+            // Edge seen end-on.
             return None;
         }
         let t = a.lerp(b, s).distance(origin);
@@ -308,7 +315,8 @@ impl Primary<'_> {
         Some(EdgePoint { edge, along: s, film, at: u, normal, sides, directions, scale, numbers })
     }
 
-    /// The radiance on one side: aside as well, as at the edge itself a face does not hide the light that is below its horizon.
+    /// Radiance on one side, at a point off the edge: exactly at the edge a face would not occlude light
+    /// below its horizon.
     pub(super) fn radiance(&self, point: &EdgePoint<'_>, side: usize) -> DVec3 {
         let (origin, mut numbers) = (point.film.still.origin.value(), point.numbers.clone());
         self.paths.still_radiance(origin, point.directions[side], point.sides.hits[side], 1, &mut numbers)
@@ -326,10 +334,12 @@ impl Primary<'_> {
         x * normal.x + y * normal.y
     }
 
-    /// The part of one over the density that counts on one side of an edge; none where a softened field follows the edge exactly there.
+    /// The part of one over the density that counts on one side of an edge; `None` where a softened field
+    /// follows the edge exactly.
     ///
-    /// Where edges of two surfaces coincide, that of another may not be among those that are sampled, unless it bounds a narrow face. So the
-    /// border of a narrow face has all of what is left on the face, and the other edge has none of it.
+    /// Of two coincident edges of different surfaces, the other may not be among those sampled, unless it
+    /// bounds a narrow face. Hence the border of a narrow face carries the whole residual on the face, and
+    /// the other edge none of it.
     pub(super) fn scale_on(&self, point: &EdgePoint<'_>, side: usize) -> Option<f64> {
         let EdgePoint { edge, film, sides, scale, .. } = point;
         let hit = sides.hits[side];
@@ -369,7 +379,7 @@ impl Boundary for Primary<'_> {
 mod tests {
     use super::*;
 
-    /// Pieces lie on the line one after another, as far along the edge and as deep.
+    /// Pieces are consecutive along the line, in position and depth.
     #[test]
     fn pieces_make_a_line() {
         let ends = [DVec2::new(1.0, 2.0), DVec2::new(4.0, -3.0)];

@@ -1,16 +1,17 @@
-//! The edges of emitters themselves, as points of paths see them after a bounce or more: traced from the emitter.
+//! Silhouettes and borders of emitters as seen from path vertices after at least one bounce, with paths
+//! traced from the emitter.
 //!
-//! The terms are those of [`secondary`](super::secondary) (Theory 9). From the camera x slides by 1/cos of
-//! the angle at which the point before sees it, and the mean square of that diverges beside contact;
-//! backwards such points are met by that cosine less often.
+//! The terms are those of [`secondary`](super::secondary) (Theory 9). With paths from the camera x slides
+//! with 1/cos of the angle at which the previous vertex sees it, and the mean square of that diverges near
+//! contact; backward paths meet such points less often, in proportion to that cosine.
 //!
-//! Opposite sides of an emitter count with opposite signs, and far from it they almost cancel. Where its outline is symmetric about its
-//! centre, x is looked at from a point of the edge and lit by the point y′ across from it as well: with p and p′ the densities with which
-//! x is found from either, by area, and q that of the points,
+//! Opposite sides of an emitter contribute with opposite signs, which almost cancel far from it. If its
+//! outline is symmetric about its centre, x is therefore also lit from the point y′ opposite the edge point
+//! y. With p and p′ the area densities with which x is sampled from either, and q that of the edge points,
 //!
 //! > (F(x, y) + F(x, y′))/(q (p + p′))
 //!
-//! has the mean ∫∫ F, as q is the same for both.
+//! has the mean ∫∫ F, as q is equal for both.
 
 use flatland::calculus::Vec3;
 use glam::DVec3;
@@ -26,14 +27,14 @@ use super::{BACKWARDS, Moving, OUTLINE, STILL};
 use crate::gradient::differential::Differential;
 use crate::path::{Frame, Paths};
 
-/// Edges of emitters, from which paths are traced backwards.
+/// Edges of emitters from which paths are traced backwards.
 #[derive(Debug)]
 pub(super) struct ReflectedOutlines<'a> {
     sensor: Sensor<'a>,
     list: &'a EdgeList,
     outlines: Vec<Outline>,
     table: Table,
-    /// The longest part of a path before the jump.
+    /// Largest number of path segments before the discontinuity.
     longest: usize,
 }
 
@@ -42,20 +43,20 @@ pub(super) struct ReflectedOutlines<'a> {
 struct Outline {
     edge: u32,
     directions: Directions,
-    /// The edge across from it, and whether it runs the same way.
+    /// Index of the opposite edge, and whether it has the same orientation.
     across: Option<(usize, bool)>,
 }
 
-/// A point of an outline as a shading point sees it.
+/// A point of an outline as seen from a shading point.
 struct View<'e> {
     edge: &'e Edge,
     along: f64,
     direction: DVec3,
     /// ω × e.
     normal: DVec3,
-    /// The density of its directions times cos θ/t²: that of shading points by area.
+    /// Density of its directions times cos θ/t²: the density of shading points by area.
     found: f64,
-    /// cos θ/t² over the density of points of edges.
+    /// cos θ/t² divided by the density of edge points.
     measure: f64,
     sides: Option<Sides>,
 }
@@ -86,7 +87,7 @@ impl<'a> ReflectedOutlines<'a> {
         Self { sensor: Sensor::new(paths), list, outlines, table, longest: limit.saturating_sub(1) }
     }
 
-    /// The point of an outline as a shading point sees it, if it does not lie in its plane.
+    /// A point of an outline as seen from a shading point, unless it lies in that point's plane.
     fn view(&self, which: usize, along: f64, x: &Vertex) -> Option<View<'a>> {
         let scene = self.sensor.paths.scene;
         let outline = &self.outlines[which];
@@ -108,7 +109,8 @@ impl<'a> ReflectedOutlines<'a> {
             .filter(|view| view.found > 0.0)
     }
 
-    /// Hands over every path from the camera that sees emission jump at a point of an outline, or at that across from it.
+    /// Calls back with every camera path whose last vertex sees emission end at a sampled point of an
+    /// outline, or at the opposite point.
     fn each(&self, address: Address, mut found: impl FnMut(&CameraSubpath<'_>, &View<'_>, DVec3)) {
         let paths = self.sensor.paths;
         let scene = paths.scene;
@@ -135,10 +137,10 @@ impl<'a> ReflectedOutlines<'a> {
             if light == DVec3::ZERO {
                 continue;
             }
-            // The same for both.
+            // Shared by both points.
             let mut backwards = address.numbers(BACKWARDS);
             self.sensor.each_subpath(x, view.direction, self.longest, &mut backwards, |subpath| {
-                // First points are seen from the camera.
+                // First hits are handled with paths from the camera.
                 if subpath.vertices.len() > 1 {
                     found(&subpath, &view, light * subpath.weight);
                 }
@@ -147,7 +149,7 @@ impl<'a> ReflectedOutlines<'a> {
     }
 }
 
-/// Where emission may jump at an edge of an emitter.
+/// Directions in which emission may be discontinuous at an edge of an emitter.
 fn directions(paths: &Paths<'_>, list: &EdgeList, edge: &Edge) -> Directions {
     let scene = paths.scene;
     let [shape, _] = edge.shapes;
@@ -155,16 +157,18 @@ fn directions(paths: &Paths<'_>, list: &EdgeList, edge: &Edge) -> Directions {
     let alone = !edge.is_crossing() && paths.lights.is_flat(shape) && paths.lights.is_the_only(shape);
     match (list.triangles(edge).next(), Wedge::of(scene, list, edge)) {
         (Some(triangle), None) if alone => Directions::Front(scene.face_normal(triangle)),
-        // A texture may jump wherever a seam is seen, and so may what is seen where something stands in a fold.
+        // A texture may be discontinuous wherever a seam is visible, and so may the view of an object that
+        // stands in a fold.
         (_, Some(wedge)) if !(textured && edge.jump || edge.crossed) => Directions::Wedge(wedge),
         _ => Directions::All,
     }
 }
 
-/// Above as many edges opposite ones are not looked for.
+/// Number of edges above which opposite ones are not searched.
 const MANY: usize = 256;
 
-/// Of each edge that which is its image in the centre of all, if all have one, and whether it runs the same way.
+/// For each edge, the index of its point reflection in the common centre, if all have one, and whether it has
+/// the same orientation.
 fn across(spans: &[[DVec3; 2]]) -> Vec<Option<(usize, bool)>> {
     let none = vec![None; spans.len()];
     if spans.len() > MANY {
@@ -187,8 +191,8 @@ fn across(spans: &[[DVec3; 2]]) -> Vec<Option<(usize, bool)>> {
     images.map_or(none, |images| images.into_iter().map(Some).collect())
 }
 
-/// How far, of the length of all, an edge's ends may be from those of its image. Where rounding of what is
-/// given moves them farther, opposite points are drawn alone: that costs noise, and no bias.
+/// Tolerance for matching an edge with its point reflection, relative to the length of all. If rounding of
+/// the input exceeds it, opposite points are not paired, which costs variance but no bias.
 const SYMMETRY: f64 = 1e-9;
 
 impl Boundary for ReflectedOutlines<'_> {

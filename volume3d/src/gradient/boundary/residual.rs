@@ -1,25 +1,27 @@
-//! What a softened field leaves to the boundary, by samples of curves (Theory 6 and 7).
+//! Residual boundary terms of a softened field, by sampling curves (Theory 6 and 7).
 //!
-//! On the film V follows the border of the surface that is seen, and silhouettes before it in part. Where V⁻ and V⁺ are its limits on
-//! the two sides of a silhouette that moves with v, and L₀ is the level of the control variate,
+//! On the film V follows the border of the visible surface, and silhouettes in front of it in part. With V⁻
+//! and V⁺ its limits on the two sides of a silhouette that moves with v, and L₀ the control variate, the
+//! residual is
 //!
-//! > ∮ h [(L⁻ − L₀) (v − V⁻) − (L⁺ − L₀) (v − V⁺)]·ν dl
+//! > ∮ h [(L⁻ − L₀) (v − V⁻) − (L⁺ − L₀) (v − V⁺)]·ν dl.
 //!
-//! is left. On the side of the surface that ends V⁻ = v: one side alone counts, but at crossings, which are no one's border. Every
-//! difference is at most twice the largest velocity near by, whatever the gap to the next silhouette.
+//! On the side of the surface that ends there, V⁻ = v: only one side counts, except at crossings, which are
+//! no surface's border. Every difference is at most twice the largest nearby velocity, whatever the gap to
+//! the next silhouette.
 //!
-//! Towards lights V = 0 beside meshes, and all of the motion of shadows is left: that of an edge before a
-//! light as the shading point sees it, which slides along its surface with the warp of the film and of the
-//! directions before it. So are the outlines of emitters themselves; those of flat ones are added where
-//! next-event estimation meets them. Beside implicit surfaces V is what they give to it, which the edges of
-//! meshes know nothing of: it is continuous there, as rays end at the light's plane whatever is before it,
-//! and what is left is v − V.
+//! Towards lights V = 0 for meshes, and the whole motion of shadows is residual: that of an edge in front of
+//! a light as seen from the shading point, which slides along its surface with the warps of the film and of
+//! earlier directions. So are the outlines of emitters; those of flat emitters are added during next-event
+//! estimation. For implicit surfaces V is their contribution to the field, independent of mesh edges: there
+//! it is continuous, as rays end at the light's plane whatever is in front of it, and the residual is v − V.
 //!
-//! At bounces V is softened as on the film, within lobes, and what it leaves of silhouettes that shading points see is sampled
-//! likewise: the light of one side times the speed beyond the field of that side.
+//! At bounces V is softened as on the film, within lobes, and the residual of silhouettes seen from shading
+//! points is sampled likewise: the light of one side times the speed relative to the field of that side.
 //!
-//! Points of curves are drawn by length, contrast and visibility, which know nothing of velocities but what moves at all: forward and
-//! reverse mode are one linear map and its transpose if what is active is what moves.
+//! Points of curves are sampled by length, contrast and visibility, independently of velocities except for
+//! which shapes move: forward and reverse mode are a linear map and its transpose if the active shapes are
+//! those that move.
 
 use flatland::calculus::{Number, Vec3};
 use glam::DVec3;
@@ -52,7 +54,7 @@ pub(super) struct Shadows<'p> {
     pub(super) edges: Secondary<'p>,
 }
 
-/// What bounces see jump.
+/// Discontinuities seen at bounces.
 #[derive(Debug)]
 pub(super) struct Bounces<'p> {
     pub(super) warp: &'p AlongWarp<'p>,
@@ -66,18 +68,18 @@ pub(super) struct Outlines<'p> {
     pub(super) edges: Emitters<'p>,
 }
 
-/// A point of an edge before a light, as the last point of a path sees it.
+/// A point of an edge in front of a light, as seen from the last vertex of a path.
 struct Lit<T> {
     point: Vec3<T>,
-    /// Where it is.
+    /// Position of the point.
     place: DVec3,
     /// ω × e.
     normal: DVec3,
     light: LightId,
 }
 
-/// A number whose derivative is (ω × e)·(ẋ_B − ẋ − t V): the speed of an edge's point as the last point of a
-/// path sees it, which the warp moves, beyond that of the field towards the light.
+/// A number whose derivative is (ω × e)·(ẋ_B − ẋ − t V): the speed of an edge point as seen from the last
+/// path vertex, which the warp moves, relative to the field towards the light.
 fn speed<C: Differential>(
     paths: &Paths<'_>,
     calculus: &mut C,
@@ -99,7 +101,7 @@ fn speed<C: Differential>(
     (!speed.is_still()).then_some(speed)
 }
 
-/// The last point of a path, as warps move it.
+/// The last vertex of a path, as moved by warps.
 fn seen_from<C: Differential>(
     paths: &Paths<'_>,
     calculus: &mut C,

@@ -1,4 +1,4 @@
-//! From a shading point backwards to the camera: the part of a path before a jump.
+//! Backward connection of shading points to the camera: the part of a path before a discontinuity.
 
 use flatland::calculus::{Number, Vec3};
 use std::f64::consts::{FRAC_1_PI, TAU};
@@ -16,16 +16,16 @@ pub(super) struct Vertex {
     pub(super) surface: Surface,
 }
 
-/// The part of backward directions on the other side of a surface with shading normals: what the shading normal
-/// reflects may arrive from below the face.
+/// Fraction of backward directions on the far side of a surface with shading normals, which may reflect light
+/// from below the face.
 const BELOW: f64 = 0.1;
 
-/// The part of backward directions that are uniform; of the others the density goes with the cosine. A path's point that moves is seen
-/// to slide by 1/cos θ in the direction it is looked at from the point before: by the cosine alone the mean of 1/cos²θ diverges beside
-/// contact.
+/// Fraction of backward directions that are uniform; the others have a density proportional to the cosine. A
+/// moving path vertex slides with 1/cos θ in the direction in which the previous vertex sees it: with the
+/// cosine density alone, the mean of 1/cos²θ diverges near contact.
 const UNIFORM: f64 = 0.5;
 
-/// Backward paths are continued with no more than this probability where there is no limit to their length.
+/// Largest continuation probability of backward paths of unlimited length.
 const SURVIVAL: f64 = 0.95;
 
 /// Connects shading points to the film.
@@ -39,12 +39,12 @@ pub(super) struct Sensor<'a> {
 /// A path from the camera to a shading point.
 #[derive(Clone, Debug)]
 pub(super) struct CameraSubpath<'v> {
-    /// The film, through the point of the lens that is looked through.
+    /// The film, through the sampled point of the lens.
     pub(super) film: &'v FilmPlane,
     pub(super) at: DVec2,
-    /// The shading points, the last of the path first.
+    /// Shading points, last of the path first.
     pub(super) vertices: &'v [Vertex],
-    /// Π f cos θ …, see [`Sensor::each_subpath`].
+    /// Path throughput Π f cos θ …, see [`Sensor::each_subpath`].
     pub(super) weight: DVec3,
 }
 
@@ -54,14 +54,14 @@ impl<'a> Sensor<'a> {
         Self { paths, film, frame: film.still }
     }
 
-    /// The same through a random point of the lens, if there is one.
+    /// This sensor through a random point of the lens, if there is one.
     pub(super) fn through(&self, numbers: &mut Sequence) -> Self {
         let film = self.film.through(numbers);
         Self { film, frame: film.still, ..*self }
     }
 
-    /// f cos θ_s/cos θ_g: reflection at a vertex as seen from `viewer`, of light that arrives from `towards`, by
-    /// solid angle projected on the face instead of the shading normal.
+    /// f cos θ_s/cos θ_g: reflection at a vertex towards `viewer` of light from `towards`, per solid angle
+    /// projected on the face instead of the shading normal.
     fn reflection(&self, viewer: DVec3, vertex: &Vertex, towards: DVec3) -> DVec3 {
         let scene = self.paths.scene;
         let plain = Plain { scene };
@@ -80,16 +80,16 @@ impl<'a> Sensor<'a> {
         shading.evaluate(Vec3::constant(towards)).value() / cosine
     }
 
-    /// Every path from the camera to a shading point, which light reaches from direction `towards`, of at most
-    /// `longest` segments.
+    /// Every path of at most `longest` segments from the camera to a shading point that light reaches from
+    /// direction `towards`.
     ///
-    /// With x₁ … x_k the shading points from the camera on, n_j the face normals and ω_j the direction from x_j to
-    /// the next, the measure du dω₁ … dω_{k−1} of paths from the camera is turned round:
+    /// With x₁ … x_k the shading points from the camera on, n_j the face normals and ω_j the direction from
+    /// x_j to the next, the measure du dω₁ … dω_{k−1} of paths from the camera is reversed:
     ///
-    ///   du = (f²/cos³θ) (|n₁·ω₀|/|x₁ − o|²) dA₁,
-    ///   dω_{j−1} dA_{j−1} = (|n_j·ω_{j−1}|/d²) (d²/|n_{j−1}·ω_{j−1}|) dω′_j dA_j,
+    /// > du = (f²/cos³θ) (|n₁·ω₀|/|x₁ − o|²) dA₁,
+    /// > dω_{j−1} dA_{j−1} = (|n_j·ω_{j−1}|/d²) (d²/|n_{j−1}·ω_{j−1}|) dω′_j dA_j,
     ///
-    /// with ω′_j the direction backwards. The weight is that of ∫ … |n_k·ω_k| dA_k.
+    /// with ω′_j the backward direction. The weight is that of ∫ … |n_k·ω_k| dA_k.
     pub(super) fn each_subpath(
         &self,
         last: Vertex,
@@ -126,7 +126,7 @@ impl<'a> Sensor<'a> {
         }
     }
 
-    /// Where a vertex is seen on the film, and f cos θ_s/cos θ_g · du/dA.
+    /// Film point of a vertex, and f cos θ_s/cos θ_g · du/dA.
     fn connect(&self, vertex: &Vertex, towards: DVec3) -> Option<(DVec2, DVec3)> {
         let origin = self.frame.origin.value();
         let way = vertex.position - origin;
@@ -145,7 +145,7 @@ impl<'a> Sensor<'a> {
         Some((at, weight))
     }
 
-    /// du/dA: the area on the film, in pixels, of a unit of a surface's, if it is seen.
+    /// du/dA: film area, in pixels, per unit of surface area; 0 if it is not visible.
     pub(super) fn film_area(&self, vertex: &Vertex) -> f64 {
         let way = vertex.position - self.frame.origin.value();
         let distance = way.length();
@@ -155,7 +155,7 @@ impl<'a> Sensor<'a> {
         self.film.focal_area() * slope / (cosine.powi(3) * distance * distance)
     }
 
-    /// One more vertex backwards, and f cos θ_s/cos θ_g · |n·ω′|/density.
+    /// Extends a path backwards by one vertex, with f cos θ_s/cos θ_g · |n·ω′|/density.
     fn extend(&self, vertex: &Vertex, towards: DVec3, numbers: &mut Sequence) -> Option<(Vertex, DVec3)> {
         let scene = self.paths.scene;
         let face = self.paths.scene.normal_of(vertex.surface, vertex.position);
@@ -178,8 +178,8 @@ impl<'a> Sensor<'a> {
         Some((next, factor))
     }
 
-    /// The last shading point of a path in numbers: its film point and its directions stand still, and everything
-    /// else moves.
+    /// The last shading point of a path over numbers: film point and directions are fixed, everything else
+    /// moves.
     pub(super) fn position<C: Calculus>(
         &self,
         calculus: &C,

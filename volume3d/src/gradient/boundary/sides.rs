@@ -1,42 +1,40 @@
-//! What is seen on both sides of a point of an edge.
+//! Surfaces on both sides of an edge point.
 
 use glam::DVec3;
 
 use super::list::{Edge, EdgeList, are_folded};
 use crate::scene::{Hit, Scene, Surface};
 
-/// Least angle, in radians, between an edge and the rays that pass it: some thousand times the rounding of a
-/// direction.
+/// Least angle, in radians, between an edge and the rays that pass it: several thousand times the rounding of
+/// a direction.
 const ASIDE: f64 = 1e-12;
 
-/// Distance at which the rays pass the edge, in units of rounding of the coordinates. The point of the edge
-/// has an error of two units, the viewer and the direction of one each, and the test of a triangle of about
-/// four.
+/// Distance at which the rays pass the edge, in units of coordinate rounding. The edge point has an error of
+/// two units, viewer and direction of one each, and the triangle test of about four.
 const CLEAR: f64 = 16.0;
 
-/// Bound on the angle by which rounding of coordinates turns a direction, in radians, with a margin.
+/// Bound, with a margin, on the angle by which rounding of coordinates rotates a direction, in radians.
 pub(super) fn clear(largest: f64, distance: f64) -> f64 {
     CLEAR * f64::EPSILON * largest / distance
 }
 
-/// Angle between a point of an edge, at a distance from x, and the rays from x that pass it on either side.
-/// Their hits stand for the limits at the edge, and differ from them only where another edge is within the
-/// angle. It exceeds the angle by which rounding may turn the rays: 10⁻¹² up to 300 distances from the
-/// origin, then proportional to the distance from the origin.
+/// Angle between an edge point, at a distance from x, and the rays from x that pass it on either side. Their
+/// hits represent the limits at the edge, and differ from them only if another edge is within the angle. It
+/// exceeds the rounding of the rays: 10⁻¹² up to 300 distances from the origin, then proportional to the
+/// distance from the origin.
 pub(super) fn aside(ends: [DVec3; 2], x: DVec3, distance: f64) -> f64 {
     ASIDE.max(clear(largest(&[x, ends[0], ends[1]]), distance))
 }
 
-/// The largest coordinate of some points.
+/// The largest coordinate of the points.
 pub(super) fn largest(points: &[DVec3]) -> f64 {
     points.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max)
 }
 
-/// Distance from a point of an edge at which rays through it start, so that its own triangles do not block
-/// them: 10⁻⁹ of their coordinates. There a ray at 4·10⁻⁶ from a triangle's plane has left the plane's
-/// rounding. For edges shorter than 1/4000 of the coordinates it is the geometric mean of rounding and
-/// length, which balances the nearby geometry that is missed against the directions that graze the edge's
-/// triangles.
+/// Distance from an edge point at which rays through it start, so that its own triangles do not block them:
+/// 10⁻⁹ of the coordinates. A ray at 4·10⁻⁶ from a triangle's plane has then left the rounding of that plane.
+/// For edges shorter than 1/4000 of the coordinates it is the geometric mean of rounding and length, which
+/// balances missed nearby geometry against directions that graze the edge's triangles.
 pub(super) fn near(scene: &Scene, list: &EdgeList, edge: &Edge) -> f64 {
     let [a, b] = edge.span(scene);
     let corners = list.triangles(edge).map(|t| largest(&scene.corners(t)));
@@ -47,26 +45,26 @@ pub(super) fn near(scene: &Scene, list: &EdgeList, edge: &Edge) -> f64 {
 /// See [`near`].
 const START: f64 = 1e-9;
 
-/// Two surfaces touch if their distances from the viewer differ by less than this part of the distance, or by
-/// less than `TOUCH_BY_ANGLE` times the angle of [`aside`]: at an angle α to the ray a surface is met within
-/// that angle over tan α of the edge.
+/// Two surfaces touch if their distances from the viewer differ by less than this fraction of the distance,
+/// or by less than `TOUCH_BY_ANGLE` times the angle of [`aside`]: at an angle α to the ray a surface is hit
+/// within that angle over tan α of the edge.
 const TOUCH: f64 = 1e-6;
 const TOUCH_BY_ANGLE: f64 = 1e3;
 
-/// What is seen before and behind an edge (normal side).
+/// Hits before and behind an edge (normal side).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sides {
     pub(super) hits: [Option<Hit>; 2],
-    /// 1/2 where the edges of two surfaces coincide, as between wall and floor: each finds the whole jump.
+    /// 1/2 where the edges of two surfaces coincide, as between wall and floor: each finds the whole
+    /// discontinuity.
     pub(super) share: f64,
-    /// The side, if there is one alone, of another surface whose edge coincides with this one.
+    /// The side, if there is exactly one, of another surface whose edge coincides with this one.
     pub(super) other: Option<usize>,
 }
 
 impl Sides {
-    /// Part of a jump of emission that an emitter's edge finds: all of it where the edge that coincides
-    /// with it belongs to a shape that does not emit, such as a frame. Such edges find none of the
-    /// emitter's jump.
+    /// Fraction of a discontinuity of emission that is assigned to an emitter's edge: all of it if the
+    /// coincident edge belongs to a shape that does not emit, such as a frame, which is assigned none of it.
     pub(super) fn share_of_emission(&self, scene: &Scene) -> f64 {
         let emits =
             |hit: Hit| scene.description.shapes[scene.shape_of(hit.surface) as usize].radiance.is_some();
@@ -77,7 +75,7 @@ impl Sides {
     }
 }
 
-/// Looks past an edge's point at distance t on both sides; `None` where the edge is hidden.
+/// Traces rays past an edge point at distance t on both sides; `None` if the edge is occluded.
 pub(super) fn look_past(
     scene: &Scene,
     list: &EdgeList,
@@ -88,7 +86,7 @@ pub(super) fn look_past(
 ) -> Option<Sides> {
     let hits = directions.map(|d| scene.closest(origin, d, from));
     let owns = hits.map(|h| h.is_some_and(|h| list.has(edge, h.surface)));
-    // Asked for rarely.
+    // Rarely needed.
     let touch = || TOUCH.max(TOUCH_BY_ANGLE * aside(edge.span(scene), origin, t)) * t;
     let touches =
         |h: Hit| (h.distance - t).abs() < touch() && is_between(scene, origin, directions, h.surface);
@@ -112,10 +110,11 @@ pub(super) fn look_past(
     Some(Sides { hits, share: if doubled || crossed { 0.5 } else { 1.0 }, other })
 }
 
-/// A crossing in the list that is seen between two directions, in which its triangles are hit.
+/// A crossing in the list that is seen between two directions in which its triangles are hit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Between {
-    /// It runs along an edge within a plane of one of the two, and finds all of the jump: it may leave this edge as it moves.
+    /// It runs along an edge within a plane of one of the two and covers the whole discontinuity: it may
+    /// leave this edge as it moves.
     OwnEdge,
     Other,
 }
@@ -140,15 +139,15 @@ fn cross_between(
         }
         match crossing.continued {
             None => Some(Between::Other),
-            // The edge stands for the crossing.
+            // The edge represents the crossing.
             Some(other) if are_folded(scene, own, other) => None,
             Some(_) => Some(Between::OwnEdge),
         }
     })
 }
 
-/// Whether an edge at which a triangle jumps is seen between two directions: then rays past it find both surfaces
-/// too. Where it is farther aside, each edge has a jump of its own.
+/// Whether an edge at which a triangle is discontinuous is seen between two directions: rays past it then
+/// find both surfaces too. If it is farther aside, each edge has a discontinuity of its own.
 fn is_between(scene: &Scene, origin: DVec3, [before, behind]: [DVec3; 2], surface: Surface) -> bool {
     let Surface::Triangle(triangle) = surface else { return false };
     let p = scene.corners(triangle).map(|p| p - origin);
@@ -167,7 +166,8 @@ mod tests {
     use crate::gradient::tests::film;
     use crate::scene::{Camera, Description, Filter, Material, Reflectance, Texture, Wrap};
 
-    /// A floor of two triangles, bent along x = z = 0, where its texture may have a seam, and a wall that stands in this line.
+    /// A floor of two triangles, bent along x = z = 0, where its texture may have a seam, and a wall that
+    /// stands on this line.
     fn wall_in_a_fold(bend: f64, seam: bool) -> Scene {
         let camera = Camera::look_at(DVec3::new(0.5, 0.0, 2.0), DVec3::ZERO, DVec3::Y, 0.5);
         let mut d = Description::new(camera, film(2, Filter::Box));
@@ -195,7 +195,7 @@ mod tests {
         Scene::new(d).unwrap()
     }
 
-    /// The shares of all edges at a point of the line, as it is seen from one side of the wall.
+    /// Sum of the shares of all edges at a point of the line, seen from one side of the wall.
     fn counted(scene: &Scene, x: f64) -> f64 {
         let list = EdgeList::new(scene);
         let (eye, place) = (DVec3::new(x, 0.1, 1.0), DVec3::new(0.0, 0.1, 0.0));
@@ -214,7 +214,8 @@ mod tests {
         edges.map(share).sum()
     }
 
-    /// A floor that ends where a wall stands on it: each has an edge there, and each finds the whole jump.
+    /// A floor that ends where a wall stands on it: each has an edge there, and each finds the whole
+    /// discontinuity.
     #[test]
     fn edges_at_one_place_are_counted_once() {
         let camera = Camera::look_at(DVec3::new(0.5, 0.0, 2.0), DVec3::ZERO, DVec3::Y, 0.5);

@@ -1,10 +1,11 @@
-//! Where a two-sided surface turns its other side to the camera (Theory 9).
+//! Curves where a two-sided surface turns its other side to the camera (Theory 9).
 //!
-//! The side that reflects is that of the shading normal: with G = n_s·ω_o, the radiance jumps where G = 0, a curve
-//! within a triangle close to a silhouette. As G(u; θ) = 0 at a film point u, the curve's normal velocity along
-//! ν = ∇G/|∇G| is −Ġ/|∇G|, Ġ at fixed u; or along a warp, see [`curve`](super::curve). The curve is found where lines
-//! of the film cut it: along a line of direction d with offset h, dh = |ν·d| dl. Lines along x and along y are weighed
-//! by (ν·d)², so that no line that touches the curve counts for much.
+//! The side that reflects is that of the shading normal: with G = n_s·ω_o, the radiance is discontinuous at
+//! G = 0, a curve within a triangle close to a silhouette. As G(u; θ) = 0 at a film point u, the curve's
+//! normal velocity along ν = ∇G/|∇G| is −Ġ/|∇G|, with Ġ at fixed u, or along a warp, see
+//! [`curve`](super::curve). The curve is sampled by its intersections with lines of the film: along a line of
+//! direction d with offset h, dh = |ν·d| dl. Lines along x and along y are weighted by (ν·d)², so that no
+//! line tangent to the curve has a large weight.
 
 use flatland::calculus::Vec3;
 use glam::{DMat3, DVec2, DVec3};
@@ -19,17 +20,18 @@ use crate::gradient::film::FilmPlane;
 use crate::path::{Calculus, Paths, Plain, Sequence, SurfacePoint};
 use crate::scene::{Hit, NONE, Surface};
 
-/// The radiance on either side is that this many pixels away, or as far as rounding may move what is seen on
-/// the film.
+/// Distance from the curve, in pixels, at which the radiance on either side is evaluated; at least the
+/// rounding of film points.
 const ASIDE_PIXELS: f64 = 1e-6;
 
-/// Half the step of central differences for ∇G, in pixels: their error is its square, and rounding over it.
+/// Half the step of central differences for ∇G, in pixels: their truncation error is its square, their
+/// rounding error is inverse to it.
 const STEP_PIXELS: f64 = 1e-4;
 
-/// The least step in radians: rounding of directions is 10⁻⁶ of it.
+/// Least step in radians: rounding of directions is 10⁻⁶ of it.
 const STEP: f64 = 1e-10;
 
-/// A triangle that may turn its other side somewhere, and the box around it on the film.
+/// A triangle that may turn its other side somewhere, with its bounding box on the film.
 #[derive(Clone, Copy, Debug)]
 struct Candidate {
     triangle: u32,
@@ -37,7 +39,7 @@ struct Candidate {
     high: DVec2,
 }
 
-/// All triangles that may, by the size of their boxes.
+/// All candidate triangles, by the size of their boxes.
 #[derive(Debug)]
 pub(super) struct FilmSignChanges<'a> {
     sensor: Sensor<'a>,
@@ -71,8 +73,8 @@ impl<'a> FilmSignChanges<'a> {
         let origin = self.sensor.frame.origin.value();
         let (p, n) = (scene.corners(triangle).map(|p| p - origin), self.normals(triangle));
         let film = &self.sensor.film;
-        // G is a quadratic form in barycentric coordinates: it has one sign if all its coefficients have, through all
-        // points of a lens.
+        // G is a quadratic form in barycentric coordinates: it has one sign if all its coefficients do, for
+        // all points of a lens.
         let form = |i: usize, j: usize| n[i].dot(p[j]) + n[j].dot(p[i]);
         let range = |i: usize, j: usize| film.lens_radius() * (n[i].length() + n[j].length());
         let all = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)].map(|(i, j)| (form(i, j), range(i, j)));
@@ -83,7 +85,7 @@ impl<'a> FilmSignChanges<'a> {
         let forward = self.sensor.frame.forward.value();
         if p.iter().all(|p| p.dot(forward) > 0.0) {
             let ends = p.map(|p| DVec2::from(film.project(&self.sensor.frame, Vec3::constant(origin + p))));
-            // What is out of focus spreads; 1/z is largest and least at corners.
+            // Defocus widens the box; 1/z has its extremes at corners.
             let spread = p.map(|p| film.confusion(p.dot(forward)));
             let spread = spread[0].max(spread[1]).max(spread[2]);
             low = low.max(ends[0].min(ends[1]).min(ends[2]) - spread);
@@ -94,7 +96,7 @@ impl<'a> FilmSignChanges<'a> {
         (low.x < high.x && low.y < high.y).then_some(Candidate { triangle, low, high })
     }
 
-    /// Places on the line from u along d where the plane of a triangle turns its other side.
+    /// Points on the line from u along d where the plane of a triangle turns its other side.
     fn roots(&self, film: &FilmPlane, triangle: u32, u: DVec2, d: DVec2) -> impl Iterator<Item = DVec2> {
         let origin = film.still.origin.value();
         let place = DMat3::from_cols_array_2d(
@@ -102,7 +104,7 @@ impl<'a> FilmSignChanges<'a> {
         );
         let normals = DMat3::from_cols_array_2d(&self.normals(triangle).map(|n| n.to_array()));
         let inverse = place.inverse();
-        // Rays of a line are D(τ) = D₀ + τ D₁ up to a factor, and barycentric coordinates P⁻¹ D.
+        // Rays of a line are D(τ) = D₀ + τ D₁ up to a factor, with barycentric coordinates P⁻¹ D.
         let forward = film.forward();
         let ray = |u: DVec2| {
             let w = film.ray(u);
@@ -112,33 +114,33 @@ impl<'a> FilmSignChanges<'a> {
         let (n0, n1) = (normals * (inverse * d0), normals * (inverse * d1));
         let [a, b, c] = [n1.dot(d1), n0.dot(d1) + n1.dot(d0), n0.dot(d0)];
         let root = (b * b - 4.0 * a * c).sqrt();
-        // Stable where a is small; NaN where there is no root.
+        // Stable for small a; NaN if there is no root.
         let q = -0.5 * (b + root.copysign(b));
         [q / a, c / q].into_iter().filter(|t| t.is_finite()).map(move |t| u + t * d)
     }
 
-    /// G at a film point, in numbers.
+    /// G at a film point, over numbers.
     fn cosine<C: Calculus>(&self, calculus: &C, eye: &Eye<'_, C::Number>, surface: Surface) -> C::Number {
         let scene = self.sensor.paths.scene;
         let direction = eye.film.direction(eye.frame, eye.at);
-        // Only triangles interpolate normals, and their planes tell how far away they are.
+        // Only triangles interpolate normals, and their distance follows from their plane.
         let distance = f64::NAN;
         let point = SurfacePoint::new(scene, calculus, eye.frame.origin, direction, surface, distance);
         point.interpolated_normal(scene, calculus).dot(point.viewer)
     }
 }
 
-/// A point of the film at which a triangle turns its other side.
+/// A film point at which a triangle turns its other side.
 #[derive(Debug)]
 pub(super) struct Turn {
     film: FilmPlane,
     at: DVec2,
     hit: Hit,
-    /// Along ∇G.
+    /// Unit vector along ∇G.
     normal: DVec2,
-    /// 1/|∇G|, over the density of the point.
+    /// 1/|∇G| divided by the density of the point.
     weight: f64,
-    /// Of the paths on both sides.
+    /// Random numbers of the paths on both sides.
     numbers: Sequence,
 }
 
@@ -155,7 +157,7 @@ impl Curve for FilmSignChanges<'_> {
         let chosen = self.table.at(address.fraction(&mut numbers));
         let Sensor { film, frame: still, .. } = self.sensor.through(&mut numbers);
         let Candidate { triangle, low, high } = self.candidates[chosen.index];
-        // The rest chooses a row or a column through the box.
+        // The remainder of the random number selects a row or a column through the box.
         let size = high - low;
         let offset = chosen.rest * size.element_sum();
         let (u, d) = if offset < size.y {
@@ -180,7 +182,7 @@ impl Curve for FilmSignChanges<'_> {
             let gradient = DVec2::new(slope(DVec2::X), slope(DVec2::Y));
             let steepness = gradient.length();
             let normal = gradient / steepness;
-            // (ν·d)² / |ν·d|, over the density of lines.
+            // (ν·d)² / |ν·d| divided by the density of lines.
             let weight = normal.dot(d).abs() * self.table.total() / steepness;
             places.push(Turn { film, at, hit, normal, weight, numbers: numbers.clone() });
         }

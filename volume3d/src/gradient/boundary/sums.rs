@@ -1,4 +1,4 @@
-//! The sums of boundary terms, forward and in reverse.
+//! Sums of boundary terms, in forward and reverse mode.
 
 use glam::DVec3;
 
@@ -10,19 +10,19 @@ use crate::gradient::motion::Motion;
 use crate::gradient::{ActiveParameters, GradientImage, Progress, Stopped};
 use crate::scene::Scene;
 
-/// How many samples of each boundary there are, a pixel on average, and their seed.
+/// Mean samples per pixel of each boundary, and their seed.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::gradient) struct Effort<'l> {
     pub(in crate::gradient) primary: usize,
     pub(in crate::gradient) secondary: usize,
     pub(in crate::gradient) bounces: usize,
     pub(in crate::gradient) seed: u64,
-    /// The levels of a control variate, for curves of which one side counts.
+    /// Control variate, for curves of which only one side counts.
     pub(in crate::gradient) levels: &'l [DVec3],
 }
 
 impl<'l> Effort<'l> {
-    /// Samples a pixel of a term.
+    /// Samples per pixel of a term.
     fn of(&self, term: Term) -> usize {
         match term {
             Term::Primary => self.primary,
@@ -40,7 +40,7 @@ impl<'l> Effort<'l> {
     }
 }
 
-/// Forward mode: an image to which boundary terms are added, and to the terms it is the sum of if it has them.
+/// Forward mode: an image, and its terms if separate, to which boundary terms are added.
 pub(in crate::gradient) struct Images<'a> {
     pub(in crate::gradient) effort: Effort<'a>,
     pub(in crate::gradient) scene: &'a Scene,
@@ -89,7 +89,7 @@ fn add(image: &mut GradientImage, which: Term, estimate: Estimate) {
     Contribution::keep_larger(&mut image.largest, estimate.largest);
 }
 
-/// Reverse mode: sums to which their transposes are added.
+/// Reverse mode: sums to which transposed boundary terms are added.
 pub(in crate::gradient) struct Gradients<'a> {
     pub(in crate::gradient) effort: Effort<'a>,
     pub(in crate::gradient) scene: &'a Scene,

@@ -1,16 +1,16 @@
-//! Choosing in proportion to weights.
+//! Sampling in proportion to weights.
 
-/// Cumulated weights.
+/// Cumulative weights.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Table {
     cumulative: Vec<f64>,
 }
 
-/// What was chosen.
+/// A sampled entry.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Chosen {
     pub(super) index: usize,
-    /// What is left of the random number, uniform in [0, 1).
+    /// Remainder of the random number, uniform in [0, 1).
     pub(super) rest: f64,
     pub(super) probability: f64,
 }
@@ -29,12 +29,12 @@ impl Table {
         self.cumulative.last().copied().unwrap_or(0.0)
     }
 
-    /// The weight of one entry, to rounding.
+    /// Weight of one entry, up to rounding.
     pub(super) fn weight(&self, index: usize) -> f64 {
         self.cumulative[index] - if index > 0 { self.cumulative[index - 1] } else { 0.0 }
     }
 
-    /// The entry at a fraction of the whole. The total must not be zero.
+    /// The entry at a fraction of the total, which must not be zero.
     pub(super) fn at(&self, fraction: f64) -> Chosen {
         let target = fraction * self.total();
         let index = self.cumulative.partition_point(|&c| c <= target).min(self.cumulative.len() - 1);

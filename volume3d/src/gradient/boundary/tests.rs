@@ -1,4 +1,4 @@
-//! Edge sampling against closed forms and warped area.
+//! Tests of edge sampling against closed forms and warped area.
 
 use glam::DVec3;
 
@@ -29,7 +29,7 @@ fn the_edge_of_a_square_moves_its_area() {
             };
             method.forward(&scene, &change, &Progress::none()).unwrap().gradient.pixels
         });
-        // Gaussians cut off are no partition of unity: their sum over pixels is 1 to about a thousandth.
+        // Truncated Gaussians are not a partition of unity: their sum over pixels is 1 to about a thousandth.
         let slack = if matches!(filter, Filter::Gaussian { .. }) { 2e-3 } else { 1e-9 };
         let exact = rate_of_square();
         comparisons.add(format!("{filter:?}"), found, (exact, 0.0), slack * exact, exact);
@@ -37,7 +37,7 @@ fn the_edge_of_a_square_moves_its_area() {
     comparisons.finish();
 }
 
-/// A floor under a small lamp, with something between them.
+/// A floor under a small lamp, with an occluder in between.
 fn shadow(filter: Filter, occluder: Mesh, depth: usize) -> Scene {
     let camera = Camera::look_at(DVec3::new(0.3, 2.0, 3.0), DVec3::new(0.0, 0.2, 0.0), DVec3::Y, 0.8);
     let mut d = Description::new(camera, film(6, filter));
@@ -83,9 +83,10 @@ fn forward_and_reverse_are_transposes() {
     }
 }
 
-/// A wall that sees no lamp but a lit sheet whose normals turn, against central differences; and what is found without
-/// these sign changes is rejected. Where the wall or the sheet moves, terms cancel so that no affordable number of samples shows
-/// 15 %: warped area, which samples the same curves, is tested there.
+/// A wall that is lit only by a sheet whose normals turn: edge sampling against central differences. The
+/// control leaves out the sign changes of the normals. Where the wall or the sheet moves, terms cancel, so
+/// that no affordable number of samples shows a bias of 15 %; warped area, which samples the same curves, is
+/// tested for that.
 #[test]
 fn surfaces_turn_their_other_side_to_one_another() {
     let scene = sheet(3);
@@ -114,14 +115,15 @@ fn surfaces_turn_their_other_side_to_one_another() {
         driver.forward(&InnerSignChanges::new(&paths, &moving), &motion, &none).unwrap().mean
     });
     let mut comparisons = Comparisons::of("edge_sampling::surfaces_turn_their_other_side_to_one_another");
-    // The error of differences grows with the square of their step: in these units it is less than 4 thousandths.
+    // The error of differences grows with the square of their step: here it is less than 4 thousandths of
+    // `scale`.
     comparisons.add("normals turn".to_owned(), edges, differences, 4e-3 * scale, scale);
     let without = (edges.0 - sign_changes.0, edges.1.hypot(sign_changes.1));
     comparisons.reject("normals turn, without inner sign changes", without, differences);
     comparisons.finish();
 }
 
-/// A floor that lamps below a ceiling light from there alone, or nearly.
+/// A floor lit only, or almost only, by the ceiling that the lamps below it light.
 fn below_a_ceiling(lamps: &[Mesh]) -> Scene {
     let camera = Camera::look_at(DVec3::new(0.8, -0.2, 2.5), DVec3::new(0.4, -1.0, 0.0), DVec3::Y, 1.0);
     let mut d = Description::new(camera, film(6, Filter::Tent { radius: 1.0 }));
@@ -135,14 +137,14 @@ fn below_a_ceiling(lamps: &[Mesh]) -> Scene {
     Scene::new(d).unwrap()
 }
 
-/// Outlines of lamps as a ceiling sees them, traced from the lamp, against what paths from the camera see after a bounce: of a lamp
-/// that is its own image in its centre, of one that is not, of a closed one, of two, of which one may hide the other, and of one in which
-/// something stands.
+/// Outlines of lamps seen from a ceiling, traced from the lamp, against paths traced from the camera that see
+/// them after a bounce. The lamps: one symmetric about its centre, one not, a closed one, two of which one
+/// may occlude the other, and one with a fin in it.
 #[test]
 fn outlines_of_emitters_are_seen_after_a_bounce() {
     let plate = |x: f64, size: f64| Mesh::rectangle().transformed(&(at(x, 0.2, 0.0, size) * down()));
     let corners = [[-1.4, 0.2, -0.4], [-0.7, 0.2, 0.5], [-0.5, 0.2, -0.3]].map(DVec3::from);
-    // Emission jumps at the fold in which it stands, though no silhouette is seen there.
+    // Emission is discontinuous at the fold on which the fin stands, although no silhouette is visible there.
     let fin = Mesh::new(
         [[-0.75, 0.25, -0.5], [-0.25, 0.75, -0.5], [-0.25, 0.75, 0.5], [-0.75, 0.25, 0.5]]
             .map(DVec3::from)
@@ -182,7 +184,7 @@ fn outlines_of_emitters_are_seen_after_a_bounce() {
         };
         let outlines = ReflectedOutlines::new(&paths, &list, &moving);
         let found = total(|seed| driver(seed).forward(&outlines, &motion, &none).unwrap().mean);
-        // First points have the same random numbers.
+        // First points use the same random numbers in both.
         let reference = total(|seed| {
             let (both, first) = (from_camera(seed, 2), from_camera(seed, 1));
             both.into_iter().zip(first).map(|(both, first)| both - first).collect()
@@ -194,7 +196,8 @@ fn outlines_of_emitters_are_seen_after_a_bounce() {
     comparisons.finish();
 }
 
-/// A dark frame whose edge is the lamp's takes nothing of what the lamp's outline does, where both move.
+/// A dark frame that shares an edge with the lamp does not reduce the term of the lamp's outline when both
+/// move.
 #[test]
 fn a_frame_leaves_the_outline_to_its_lamp() {
     let lamp = Mesh::rectangle().transformed(&(at(-0.2, 0.2, 0.0, 0.4) * up()));
@@ -218,16 +221,16 @@ fn a_frame_leaves_the_outline_to_its_lamp() {
     };
     let [framed, alone] = [true, false].map(outlines);
     println!("{framed} framed, {alone} alone");
-    // Half of the lamp's outline on one side of four would be 12 %.
+    // The loss of half of the outline on one of the lamp's four sides would be 12 %.
     assert!((framed / alone - 1.0).abs() < 0.05, "{framed} {alone}");
 }
 
-/// Sums of light that overflow are left out and reported, forwards and backwards.
+/// Samples whose radiance overflows are left out and reported, in forward and in reverse mode.
 #[test]
 fn samples_that_are_not_finite_are_reported() {
     let mut d = shadow(Filter::Tent { radius: 1.0 }, leaf(), 2).description().clone();
     d.shapes[2].radiance = Some(DVec3::splat(0.9 * f64::MAX));
-    // On 3,600 pixels each sample has a large weight, and hardly any pixel has two samples.
+    // With 3,600 pixels each sample has a large weight, and hardly any pixel has two samples.
     (d.film.width, d.film.height) = (60, 60);
     let scene = Scene::new(d).unwrap();
     let mut change = Tangent::still(&scene);

@@ -1,4 +1,4 @@
-//! Camera paths, without derivatives: the shading points from which edges are looked for.
+//! Camera paths without derivatives: shading points from which edges are searched.
 
 use flatland::calculus::{Number, Rgb, Vec3};
 use glam::{DVec2, DVec3};
@@ -10,22 +10,22 @@ use super::table::Table;
 use crate::path::{Bounce, Plain, Sequence, Shading, SurfacePoint};
 use crate::scene::{Hit, Surface};
 
-/// Paths are continued with no more than this probability where there is no limit to their length.
+/// Largest continuation probability of paths of unlimited length.
 const SURVIVAL: f64 = 0.95;
 
-/// The part of first shading points that are drawn from moving surfaces by area instead of from the film.
+/// Fraction of first shading points that are sampled from moving surfaces by area instead of from the film.
 const BY_AREA: f64 = 0.5;
 
-/// Where paths begin: at a uniform point of the film, or at one of the moving surfaces, by area.
+/// Path starts: uniform film points, or points of moving surfaces by area.
 ///
-/// At a fixed point of the film a surface that moves is seen to slide at a speed ~ 1/cos θ, θ being the angle
-/// between its normal and the ray. Near a silhouette the cosine falls as the root of the distance on the film, and the
-/// mean of 1/cos²θ diverges; but a unit of area is seen on the film as ~ cos θ.
+/// At a fixed film point, a moving surface slides with speed ∝ 1/cos θ, θ the angle between its normal and
+/// the ray. Near a silhouette the cosine falls as the root of the distance on the film, and the mean of
+/// 1/cos²θ diverges; but a unit of area covers an area ∝ cos θ on the film.
 #[derive(Debug)]
 pub(super) struct Walk<'a> {
     pub(super) sensor: Sensor<'a>,
     longest: usize,
-    /// By area; nothing of what stands still.
+    /// Triangles by area; empty for static surfaces.
     moving: Table,
 }
 
@@ -41,7 +41,7 @@ impl<'a> Walk<'a> {
         Self { sensor, longest, moving: Table::new((0..scene.triangles.len()).map(area)) }
     }
 
-    /// A point of the film, what is hit there, and 1/density.
+    /// Film point, first hit, and one over the density.
     fn begin(&self, sensor: &Sensor<'_>, numbers: &mut Sequence) -> Option<(DVec2, Hit, f64)> {
         let Sensor { paths, film, frame } = *sensor;
         let scene = paths.scene;
@@ -79,8 +79,8 @@ impl<'a> Walk<'a> {
         Some((at, hit, 1.0 / density))
     }
 
-    /// Calls with every shading point of a path. The weight of the subpath is Π f cos θ over the density of all but the
-    /// last point, which is yet to reflect.
+    /// Calls back with every shading point of a path. The subpath's weight is Π f cos θ divided by the
+    /// density, for all but the last point, which has not reflected yet.
     pub(super) fn each(
         &self,
         numbers: &mut Sequence,

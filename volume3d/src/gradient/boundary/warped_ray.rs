@@ -1,4 +1,4 @@
-//! A path from the camera in numbers, along which film point and directions are warped as the path tracer warps them.
+//! Camera paths over numbers, with film point and directions warped as in the path tracer.
 
 use flatland::calculus::Vec3;
 use glam::DVec3;
@@ -8,8 +8,8 @@ use super::sensor::Vertex;
 use crate::path::{Calculus, Kernel, LightId, Paths, Plain, SurfacePoint, VisibilityDomain};
 use crate::scene::Surface;
 
-/// The last of a path's shading points, and the direction from it to the vertex that is next, or, if there is none, that in which
-/// it is seen. `vertices` are the shading points, the last first.
+/// The last shading point of a path, and the direction from it to the next vertex or, if there is none, the
+/// direction in which it is seen. `vertices` are the shading points, last first.
 pub(super) fn warped_ray<C: Calculus>(
     paths: &Paths<'_>,
     calculus: &mut C,
@@ -37,8 +37,8 @@ pub(super) fn warped_ray<C: Calculus>(
     (origin, direction)
 }
 
-/// The kernel of a direction in which a surface is seen, that of `Paths::scatter`: of all radiance where paths reflect again at
-/// their next vertex. `None` where nothing is reflected.
+/// The kernel of a direction in which a surface is seen, that of `Paths::scatter`: for all radiance if paths
+/// reflect again at their next vertex. `None` if nothing is reflected.
 pub(super) fn kernel(
     paths: &Paths<'_>,
     viewer: DVec3,
@@ -51,8 +51,7 @@ pub(super) fn kernel(
     Some(paths.kernels.of_bounce(&shading, sees, surface))
 }
 
-/// The kernel of a direction towards a light, that of `Paths::light_along`. `None` where nothing is
-/// reflected.
+/// The kernel of a direction towards a light, that of `Paths::light_along`. `None` if nothing is reflected.
 pub(super) fn light_kernel(
     paths: &Paths<'_>,
     viewer: DVec3,
@@ -64,7 +63,7 @@ pub(super) fn light_kernel(
     Some(paths.kernels.of_light(paths.scene, &paths.lights, light, &shading, vertex.position, None))
 }
 
-/// A vertex as it is seen from the one before.
+/// A vertex as seen from the one before.
 fn seen(paths: &Paths<'_>, viewer: DVec3, vertex: &Vertex) -> SurfacePoint<f64> {
     let plain = Plain { scene: paths.scene };
     let along = Vec3::constant((vertex.position - viewer).normalize());

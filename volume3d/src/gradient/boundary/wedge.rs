@@ -1,9 +1,9 @@
-//! Directions in which an edge is a silhouette before an emitter.
+//! Directions in which an edge is a silhouette in front of an emitter.
 //!
 //! About an edge of two triangles such directions fill two opposite wedges; about a border they are all
-//! directions. Emitters that are seen past the edge lie in them with the part of each of their triangles that
-//! is between two planes through the edge. Far from a triangle one draws a point of that part, near to it a
-//! plane and a direction to the segment in which the plane cuts the triangle: no direction is drawn in vain.
+//! directions. An emitter triangle seen past the edge lies in them with the part between two planes through
+//! the edge. Far from the triangle, sample a point of that part; near it, a plane and a direction to the
+//! segment in which the plane cuts the triangle: no direction is wasted.
 
 use std::f64::consts::{PI, TAU};
 
@@ -15,10 +15,10 @@ use crate::geometry::solid_angle;
 use crate::path::{LightId, Paths};
 use crate::scene::{Scene, Surface};
 
-/// Directions to a triangle are drawn by area if it is farther away than this many times its size.
+/// Distance, in triangle sizes, beyond which directions to a triangle are sampled by area.
 const FAR: f64 = 2.0;
 
-/// Above as many triangles of emitters directions are drawn from next-event estimation instead.
+/// Number of emitter triangles above which directions are sampled by next-event estimation instead.
 const MANY: usize = 32;
 
 /// Directions u cos α + up sin α about an edge, α from 0 to the angle, and their opposites.
@@ -38,7 +38,7 @@ impl Wedge {
         Some(Self { edge, u, up, angle: PI })
     }
 
-    /// `None` where every direction counts.
+    /// `None` if every direction counts.
     pub(super) fn of(scene: &Scene, list: &EdgeList, edge: &Edge) -> Option<Self> {
         let [u, v] = edge.limits.filter(|_| list.may_jump(scene, edge))?;
         let [a, b] = edge.span(scene);
@@ -51,20 +51,19 @@ impl Wedge {
         v.dot(self.up).atan2(v.dot(self.u))
     }
 
-    /// Whether a direction is within.
+    /// Whether a direction is within the wedge.
     pub(super) fn holds(&self, direction: DVec3) -> bool {
         self.azimuth(direction).rem_euclid(PI) <= self.angle
     }
 
-    /// The part of a triangle, as seen from a point of the edge at the origin, between two azimuths at most π
-    /// apart.
+    /// The part of a triangle between two azimuths at most π apart, seen from an edge point at the origin.
     fn clipped(&self, corners: [DVec3; 3], start: f64, angle: f64) -> Vec<DVec3> {
         let across = |azimuth: f64| azimuth.cos() * self.up - azimuth.sin() * self.u;
         clip(&clip(&corners, across(start)), -across(start + angle))
     }
 
-    /// The solid angle of the part of a triangle, as seen from a point of the edge at the origin, between two
-    /// azimuths at most π apart.
+    /// Solid angle of the part of a triangle between two azimuths at most π apart, seen from an edge point at
+    /// the origin.
     fn solid_angle(&self, corners: [DVec3; 3], start: f64, angle: f64) -> f64 {
         let part = self.clipped(corners, start, angle);
         let fan = part.windows(2).skip(1).map(|pair| solid_angle(DVec3::ZERO, &[part[0], pair[0], pair[1]]));
@@ -75,8 +74,8 @@ impl Wedge {
         self.angle == PI
     }
 
-    /// A direction to a part of a triangle, as seen from the origin, uniform by area, and its density by
-    /// solid angle: hardly any variance where the triangle is far away.
+    /// A direction to a part of a triangle, seen from the origin, uniform by area, and its density by solid
+    /// angle: nearly constant if the triangle is far away.
     fn by_area(&self, part: &Part, corners: [DVec3; 3], [c, a, b]: [f64; 3]) -> Option<(DVec3, f64)> {
         let polygon =
             if self.is_whole() { corners.to_vec() } else { self.clipped(corners, part.start, part.angle) };
@@ -95,9 +94,9 @@ impl Wedge {
         Some((way / distance, distance * distance / (cosine * table.total())))
     }
 
-    /// The same from a point, uniform in azimuth and, there, by solid angle, dω = d cos θ dα with θ the angle
-    /// to the edge: by area or length almost all directions would lead along the edge where the triangle is
-    /// near.
+    /// A direction from a point, uniform in azimuth and, at fixed azimuth, by solid angle, dω = d cos θ dα
+    /// with θ the angle to the edge, with its density. Near a triangle, sampling by area or length would give
+    /// almost only directions along the edge.
     fn by_angle(
         &self,
         part: &Part,
@@ -120,7 +119,7 @@ impl Wedge {
         high - low
     }
 
-    /// The azimuths, from where on and how many, under which a triangle is seen from the edge, within the wedges.
+    /// Start and width of the azimuth ranges under which a triangle is seen from the edge, within the wedges.
     fn parts(&self, corners: [DVec3; 3], from: DVec3) -> impl Iterator<Item = (f64, f64)> {
         let (low, high) = self.azimuths(corners, from);
         let (first, last) = (((low - self.angle) / PI).ceil() as i32, (high / PI).floor() as i32);
@@ -128,12 +127,12 @@ impl Wedge {
         (first..=last).filter_map(move |k| {
             let start = low.max(PI * f64::from(k));
             let end = high.min(PI * f64::from(k) + angle);
-            // All around, the end is the beginning.
+            // For a full circle, the end is the beginning.
             (end > start).then_some((start, end - start))
         })
     }
 
-    /// The least and the largest azimuth of a triangle.
+    /// Least and largest azimuth of a triangle.
     fn azimuths(&self, corners: [DVec3; 3], from: DVec3) -> (f64, f64) {
         let [a, b, c] = corners.map(|p| self.azimuth(p - from));
         let turn = |x: f64, y: f64| (y - x + PI).rem_euclid(TAU) - PI;
@@ -141,14 +140,13 @@ impl Wedge {
         let ends = [a, a + steps[0], a + steps[0] + steps[1]];
         let low = ends.into_iter().fold(f64::INFINITY, f64::min);
         let high = ends.into_iter().fold(f64::NEG_INFINITY, f64::max);
-        // The line of the edge pierces the triangle: it is seen all around.
+        // The line of the edge pierces the triangle, which is then seen at all azimuths.
         let around = steps.iter().sum::<f64>().abs() > PI;
         if around { (0.0, TAU) } else { (low, high) }
     }
 }
 
-/// The part of a triangle, or of what is left of it, on the side of a plane through the origin to which the
-/// normal points.
+/// The part of a polygon on the positive side of a plane through the origin.
 fn clip(polygon: &[DVec3], normal: DVec3) -> Vec<DVec3> {
     let mut clipped = vec![];
     for (i, &p) in polygon.iter().enumerate() {
@@ -164,13 +162,13 @@ fn clip(polygon: &[DVec3], normal: DVec3) -> Vec<DVec3> {
     clipped
 }
 
-/// The triangles of all emitters, if they are few and there is no other light to choose.
+/// Triangles of all emitters, if they are few and there is no other kind of light.
 #[derive(Debug)]
 pub(super) struct Targets {
     pub(super) triangles: Vec<u32>,
 }
 
-/// Part of a triangle within a wedge.
+/// The part of a triangle within a wedge.
 struct Part {
     triangle: u32,
     start: f64,
@@ -183,7 +181,7 @@ struct Part {
 pub(super) struct Aimed {
     pub(super) direction: DVec3,
     pub(super) distance: f64,
-    /// Per solid angle.
+    /// Density by solid angle.
     pub(super) density: f64,
     pub(super) surface: Surface,
     pub(super) id: LightId,
@@ -201,8 +199,8 @@ impl Targets {
         (triangles.len() <= MANY).then_some(Self { triangles })
     }
 
-    /// Every part of an emitter before which a point of an edge is on a silhouette, by its solid angle; not
-    /// of some shapes.
+    /// All parts of emitters in front of which an edge point is on a silhouette, weighted by solid angle; the
+    /// shapes `except` are excluded.
     fn parts(&self, scene: &Scene, wedge: &Wedge, point: DVec3, except: &[u32]) -> (Vec<Part>, Table) {
         let (mut parts, mut weights) = (vec![], vec![]);
         for &triangle in &self.triangles {
@@ -229,8 +227,8 @@ impl Targets {
                     angle,
                     far: true,
                 }));
-                // Parts count by their azimuths: of a triangle's area within some azimuths that is wrong by a
-                // factor of 2 at most.
+                // Parts are weighted by the width of their azimuth range, which estimates the area within it
+                // to a factor of 2.
                 let range = wedge.range(p, point);
                 weights.extend(parts[first..].iter().map(|part| whole * part.angle / range));
                 continue;
@@ -243,8 +241,8 @@ impl Targets {
         (parts, Table::new(weights))
     }
 
-    /// The largest solid angle of emitters before which a stretch is a silhouette, of three points; 0 only
-    /// where it is none.
+    /// Largest solid angle, over three points, of emitters in front of which a stretch is a silhouette; 0
+    /// only if it is none.
     pub(super) fn solid_angle(
         &self,
         scene: &Scene,
@@ -260,7 +258,7 @@ impl Targets {
         at(a).1.total().max(middle.total()).max(at(b).1.total())
     }
 
-    /// A direction to them from a point of an edge.
+    /// Samples a direction towards them from an edge point.
     pub(super) fn draw(
         &self,
         scene: &Scene,
@@ -295,12 +293,13 @@ impl Targets {
     }
 }
 
-/// The cosines of the angles between an edge and the ends of a chord, as they are seen from a point of it.
+/// Cosines of the angles between an edge and the ends of a chord, seen from a point of the edge.
 fn cosines(wedge: &Wedge, point: DVec3, ends: [DVec3; 2]) -> [f64; 2] {
     ends.map(|end| (end - point).normalize_or_zero().dot(wedge.edge))
 }
 
-/// What the half plane that begins at an edge's line through a point, at an azimuth, cuts out of a triangle.
+/// Segment in which the half plane at an azimuth, bounded by the edge's line through a point, cuts a
+/// triangle.
 fn chord(wedge: &Wedge, corners: [DVec3; 3], point: DVec3, azimuth: f64) -> Option<[DVec3; 2]> {
     let (sin, cos) = azimuth.sin_cos();
     let along = cos * wedge.u + sin * wedge.up;
@@ -316,7 +315,7 @@ fn chord(wedge: &Wedge, corners: [DVec3; 3], point: DVec3, azimuth: f64) -> Opti
     match (f > 0.0, g > 0.0) {
         (false, false) => return None,
         (true, true) => {}
-        // The part on the other side of the edge's line is another azimuth's.
+        // The part on the other side of the edge's line belongs to another azimuth.
         (true, false) => r = q.lerp(r, f / (f - g)),
         (false, true) => q = q.lerp(r, f / (f - g)),
     }

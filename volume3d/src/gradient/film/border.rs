@@ -1,20 +1,19 @@
-//! Edges and curves on the borders of box pixels.
+//! Edges and curves on the borders of box-filtered pixels.
 //!
-//! A box filter jumps at the border of its pixel. Where an edge lies exactly on one, what it takes from one
-//! pixel as it moves to one side it takes from the other as it moves to the other side: both pixels have
-//! one-sided derivatives, and rounding decides to which of them a point of the edge belongs. The mean of both
-//! one-sided derivatives is that of a pixel whose border is at a random place around where it is, nearer than
-//! any rounding: it is well defined, linear in motions, and the same in all methods, provided that samples of
-//! edges and samples of borders are counted alike. For all that is farther from a border than that nothing
-//! changes.
+//! A box filter is discontinuous at the border of its pixel. If an edge lies exactly on a border, its motion
+//! to one side takes from one pixel and its motion to the other side from the other: both pixels have only
+//! one-sided derivatives, and rounding decides to which of them a point of the edge belongs. The mean of the
+//! one-sided derivatives is that of a pixel whose border is displaced randomly by less than any relevant
+//! rounding: it is well defined, linear in motions, and equal for all methods, provided that samples of edges
+//! and of borders are treated alike. Nothing changes farther from a border.
 
 use glam::DVec2;
 
 use super::FilmPlane;
 use crate::scene::Scene;
 
-/// Roundings that a film point may have on its way, and a few hundred times as many: an edge on a border is
-/// then as often on either side of it, to a thousandth.
+/// Width of a border in roundings: several hundred times the rounding of a film point, so that an edge on a
+/// border is equally often on either side of it, to 10⁻³.
 const ROUNDINGS: f64 = 1024.0;
 
 /// Rounding of a position on a pixel's border, in pixels.
@@ -22,7 +21,7 @@ pub(super) fn width(scene: &Scene, focal: f64) -> f64 {
     let (film, camera) = (&scene.description.film, &scene.description.camera);
     let size = DVec2::new(film.width as f64, film.height as f64);
     let numbers = (size * (1.0 + camera.principal_point.abs())).max_element();
-    // Of points of the scene, as they are seen from about as far as it is wide.
+    // Rounding of scene points seen from a distance of about the scene's size.
     let (low, high) = scene.bounds().unwrap_or((camera.origin, camera.origin));
     let away = (camera.origin - 0.5 * (low + high)).length().max(0.5 * (high - low).length());
     let seen = if away > 0.0 { focal * scene.rounding() / away } else { 0.0 };
@@ -30,30 +29,30 @@ pub(super) fn width(scene: &Scene, focal: f64) -> f64 {
 }
 
 impl FilmPlane {
-    /// Where the border of a pixel is, beside where it is: for a number in (0, 1).
+    /// Displacement of a pixel's border, from a number in (0, 1).
     pub(crate) fn beside_border(&self, number: f64) -> f64 {
         self.border * (2.0 * number - 1.0)
     }
 
-    /// A point on the border of the image, seen as within it; others as they are.
+    /// Moves a point on the image border into the image; leaves others unchanged.
     pub(super) fn within_borders(&self, u: DVec2) -> DVec2 {
         let (low, high) = self.image();
         let near = u.clamp(low, high - self.border);
         DVec2::select((u - near).abs().cmple(DVec2::splat(2.0 * self.border)), near, u)
     }
 
-    /// Whether a point at this distance from a border lies on it, to rounding.
+    /// Whether a point at this distance from a border lies on it, up to rounding.
     pub(crate) fn is_on_border(&self, distance: f64) -> bool {
         distance <= self.border
     }
 
-    /// The least and the largest coordinates of the image.
+    /// Least and largest coordinates of the image.
     pub(crate) fn image(&self) -> (DVec2, DVec2) {
         (self.corner, self.corner + DVec2::new(self.columns as f64, self.rows as f64))
     }
 
-    /// Calls with every pixel (x, y) of the image that a point of an edge reaches, and its weight there,
-    /// which is not 0. On the border of box pixels it is a part of each of them.
+    /// Calls back with every pixel (x, y) that a point of an edge reaches, and its nonzero weight there. On
+    /// the border of box pixels the point is shared between them.
     pub(crate) fn for_each_share(&self, at: DVec2, mut f: impl FnMut(usize, usize, f64)) {
         let Some((i, j)) = self.cell(at) else { return };
         if !self.is_box() {
@@ -66,7 +65,7 @@ impl FilmPlane {
             return;
         }
         let size = [self.columns, self.rows];
-        // The part of where a border may be that leaves the point within a pixel.
+        // Fraction of border displacements that leave the point within a pixel.
         let part = |axis: usize, pixel: usize| {
             let beside = (at[axis] - self.corner[axis] - (pixel as f64 + 0.5)).abs();
             ((0.5 - beside) / self.border).mul_add(0.5, 0.5).clamp(0.0, 1.0)
@@ -95,7 +94,7 @@ mod tests {
     use crate::gradient::tests::film;
     use crate::scene::{Camera, Description, Filter, Scene};
 
-    /// Points within a pixel, on a side, on a corner, and on the border of the image, off by rounding or not.
+    /// Points within a pixel, on a side, on a corner, and on the image border, with and without rounding.
     #[test]
     fn points_on_borders_belong_to_all_pixels_there() {
         let camera = Camera::look_at(DVec3::Z, DVec3::ZERO, DVec3::Y, 0.8);

@@ -1,4 +1,4 @@
-//! The film: where samples fall, and how points of space move on it.
+//! The film: positions of samples, and the motion of projected points.
 
 mod border;
 mod weights;
@@ -18,27 +18,29 @@ use crate::scene::{Camera, Filter, Lens, Scene};
 pub(crate) struct FilmPlane {
     pub(crate) columns: usize,
     pub(crate) rows: usize,
-    /// How many cells around the image samples fall into.
+    /// Width, in cells, of the margin around the image into which samples fall.
     pub(crate) reach: usize,
-    /// The first pixel of the image.
+    /// Position of the image's first pixel.
     corner: DVec2,
-    /// Where the camera's axis meets it.
+    /// Principal point: where the camera's axis meets the film.
     centre: DVec2,
-    /// f_y/f_x.
+    /// Ratio of focal lengths f_y/f_x.
     aspect: f64,
     filter: Filter,
-    /// The camera's frame as it stands; its origin is the point of the lens that is looked through.
+    /// The static camera frame; its origin is the sampled point of the lens.
     pub(crate) still: Frame<f64>,
     lens: Option<Lens>,
-    /// From the camera's pivot to that point: 0 but for lenses and orthographic sensors.
+    /// From the camera's pivot to that point; nonzero only for lenses and orthographic sensors.
     offset: DVec3,
-    /// From there to the camera's origin: 0 but for orthographic sensors.
+    /// From that point to the camera's origin; nonzero only for orthographic sensors.
     arm: DVec3,
-    /// The same by the distance in focus, to the right and up: the directions of a film point through two points of the lens differ by it.
+    /// Offset of the lens point, to the right and up, divided by the focus distance: directions of a film
+    /// point through two lens points differ by it.
     shear: DVec2,
-    /// df/d(field of view), with f = (W/2)/tan(fov/2); 0 of an orthographic sensor, which has none.
+    /// df/d(field of view), with f = (W/2)/tan(fov/2); 0 for an orthographic sensor, which has no field of
+    /// view.
     focal_rate: f64,
-    /// Half the width of a pixel's border, in pixels: points within it are on the border.
+    /// Half width of a pixel's border, in pixels: points within it count as on the border.
     border: f64,
 }
 
@@ -52,7 +54,7 @@ impl FilmPlane {
         Self {
             columns,
             rows,
-            // The edges of box pixels belong to the cells on both sides.
+            // Edges of box pixels belong to the cells on both sides.
             reach: ((film.filter.radius() - 0.5).ceil() as usize).max(1),
             corner,
             centre: (camera.principal_point + 0.5) * DVec2::new(film.width as f64, film.height as f64),
@@ -74,12 +76,12 @@ impl FilmPlane {
         }
     }
 
-    /// Whether there is a lens: [`through`](Self::through) is one of many then.
+    /// Whether the camera has a lens, so that [`through`](Self::through) is random.
     pub(crate) fn has_lens(&self) -> bool {
         self.lens.is_some()
     }
 
-    /// The film as it is seen through a random point of the lens, if there is one.
+    /// The film through a random point of the lens, if there is one.
     pub(crate) fn through(&self, numbers: &mut Draws<'_>) -> Self {
         let Some(Lens { radius, focus_distance }) = self.lens else { return *self };
         let [a, b] = numbers.pair();
@@ -91,7 +93,7 @@ impl FilmPlane {
         Self { still: Frame { origin, ..self.still }, offset, shear: point / focus_distance, ..*self }
     }
 
-    /// A ray of the camera as it stands, through a film point and a random point of the lens, if there is one.
+    /// A ray of the static camera through a film point and a random point of the lens, if there is one.
     pub(crate) fn ray_through(&self, u: DVec2, numbers: &mut Draws<'_>) -> (DVec3, DVec3) {
         if self.has_lens() {
             let film = self.through(numbers);
@@ -101,26 +103,26 @@ impl FilmPlane {
         }
     }
 
-    /// The radius of the lens; 0 for a pinhole.
+    /// Radius of the lens; 0 for a pinhole.
     pub(crate) fn lens_radius(&self) -> f64 {
         self.lens.map_or(0.0, |lens| lens.radius)
     }
 
-    /// How far beside a point at a depth, as seen through the middle of the lens, others of its points see on the same film
-    /// point, at most: in units of length, and along columns as much more as pixels are.
+    /// Bound on the displacement, at a given depth, of points that other lens points see at the same film
+    /// point: in units of length, along columns larger by the aspect ratio.
     pub(crate) fn beside(&self, depth: f64) -> DVec2 {
         let shift = |lens: Lens| lens.radius * (1.0 + depth.abs() / lens.focus_distance);
         self.lens.map_or(DVec2::ZERO, |lens| DVec2::new(1.0, self.aspect) * shift(lens))
     }
 
-    /// The half axes of the ellipse on the film, in pixels, over which a point at a depth spreads.
+    /// Half axes, in pixels, of the ellipse of confusion of a point at a given depth.
     pub(crate) fn confusion(&self, depth: f64) -> DVec2 {
         let defocus = |lens: Lens| lens.radius * (1.0 / depth - 1.0 / lens.focus_distance).abs();
         self.lens
             .map_or(DVec2::ZERO, |lens| DVec2::new(1.0, self.aspect) * (self.still.focal * defocus(lens)))
     }
 
-    /// The camera's frame in numbers, as it is seen through this point of the lens; given is that of a pinhole.
+    /// The camera frame over numbers through this lens point, given that of a pinhole.
     pub(crate) fn frame_through<C: Calculus>(
         &self,
         calculus: &C,
@@ -129,7 +131,7 @@ impl FilmPlane {
         if self.has_lens() { self.moving_frame(calculus) } else { *pinhole }
     }
 
-    /// The velocity of the point of the lens that is looked through.
+    /// Velocity of the sampled lens point.
     pub(crate) fn origin_rate(&self, camera: &CameraTangent) -> DVec3 {
         if self.turns_in_place() {
             camera.translation
@@ -138,24 +140,25 @@ impl FilmPlane {
         }
     }
 
-    /// One over the distance at which what is behind everything is followed: 0 where that is far away. Of an
-    /// orthographic sensor it is that of the sensor: at infinity what is seen would pass the film 10⁴ times
-    /// as fast as all else, when the camera turns.
+    /// Inverse of the distance at which the background is followed: 0 for infinity. For an orthographic
+    /// sensor it is that of the sensor: a background at infinity would move on the film 10⁴ times as fast as
+    /// all else when the camera rotates.
     pub(crate) fn background(&self) -> f64 {
         if self.arm == DVec3::ZERO { 0.0 } else { self.arm.length().recip() }
     }
 
-    /// Whether the camera turns about the point that is looked through.
+    /// Whether the camera rotates about the sampled point.
     fn turns_in_place(&self) -> bool {
         self.offset == DVec3::ZERO
     }
 
-    /// The transpose: what a covector of that velocity gives to the rate of rotation, beside that of translation, which it is.
+    /// Transpose of [`origin_rate`](Self::origin_rate): covector of the rotation; that of the translation is
+    /// the argument itself.
     pub(crate) fn origin_rate_transpose(&self, covector: DVec3) -> DVec3 {
         self.offset.cross(covector)
     }
 
-    /// The filter of pixels.
+    /// The pixel filter.
     pub(crate) fn filter(&self) -> Filter {
         self.filter
     }
@@ -171,7 +174,7 @@ impl FilmPlane {
         self.corner + DVec2::new(i as f64 - reach + within[0], j as f64 - reach + within[1])
     }
 
-    /// Columns and rows of cells that samples fall into.
+    /// Columns and rows of cells that receive samples.
     pub(crate) fn cells(&self) -> (usize, usize) {
         (self.columns + 2 * self.reach, self.rows + 2 * self.reach)
     }
@@ -182,23 +185,23 @@ impl FilmPlane {
         !self.is_box() || !(beside(i, self.columns) || beside(j, self.rows))
     }
 
-    /// The image's column that is the `a`-th of the neighbourhood of the cells in column `i`.
+    /// Image column that is the `a`-th of the neighbourhood of cells in column `i`.
     pub(crate) fn pixel_column(&self, i: usize, a: usize) -> Option<usize> {
         (i + a).checked_sub(2 * self.reach).filter(|&x| x < self.columns)
     }
 
-    /// The image's row that is the `b`-th of the neighbourhood of the cells in row `j`.
+    /// Image row that is the `b`-th of the neighbourhood of cells in row `j`.
     pub(crate) fn pixel_row(&self, j: usize, b: usize) -> Option<usize> {
         (j + b).checked_sub(2 * self.reach).filter(|&y| y < self.rows)
     }
 
-    /// Where a sample is that was not finite.
+    /// Location of a non-finite sample.
     pub(crate) fn located(&self, i: usize, j: usize, sample: usize) -> NonFinite {
         let reach = self.reach as isize;
         NonFinite { column: i as isize - reach, row: j as isize - reach, sample }
     }
 
-    /// The frame of the camera in numbers.
+    /// The camera frame over numbers.
     pub(crate) fn moving_frame<C: Calculus>(&self, calculus: &C) -> Frame<C::Number> {
         let motion = calculus.camera();
         let Frame { origin, right, up, forward, focal } = self.still;
@@ -216,7 +219,7 @@ impl FilmPlane {
         }
     }
 
-    /// The direction of the ray through a film point.
+    /// Direction of the ray through a film point.
     pub(crate) fn direction<T: Number>(&self, frame: &Frame<T>, [x, y]: [T; 2]) -> Vec3<T> {
         let a = (x - T::constant(self.centre.x)) / frame.focal;
         let b = (T::constant(self.centre.y) - y) / (frame.focal * self.aspect);
@@ -227,29 +230,29 @@ impl FilmPlane {
         (frame.forward + frame.right * a + frame.up * b).normalized()
     }
 
-    /// The same of the camera as it stands.
+    /// Direction of the ray through a film point for the static camera.
     #[inline]
     pub(crate) fn ray(&self, u: DVec2) -> DVec3 {
         self.direction(&self.still, [u.x, u.y]).value()
     }
 
-    /// The pixels a radian, at least, that a ray at angle θ to the camera's axis moves on the film: f/cos θ around the axis;
-    /// towards it there are 1/cos θ times as many.
+    /// Lower bound on film motion, in pixels per radian, of a ray at angle θ to the camera's axis: f/cos θ
+    /// around the axis, and 1/cos θ times as much towards it.
     pub(crate) fn scale(&self, direction: DVec3) -> f64 {
         self.still.focal * self.aspect.min(1.0) / direction.dot(self.forward())
     }
 
-    /// The pixels² that a unit of area across the camera's axis covers at a distance of 1.
+    /// Film area, in pixels, of a unit area perpendicular to the camera's axis at distance 1.
     pub(crate) fn focal_area(&self) -> f64 {
         self.still.focal * self.still.focal * self.aspect
     }
 
-    /// How much longer the same is along columns than along rows.
+    /// Ratio of focal lengths, columns to rows.
     pub(crate) fn aspect(&self) -> f64 {
         self.aspect
     }
 
-    /// Pixels per radian, at most.
+    /// Upper bound on pixels per radian.
     pub(crate) fn pixels_by_angle(&self) -> f64 {
         let (low, high) = self.bounds();
         let farthest = (low - self.centre).abs().max((high - self.centre).abs());
@@ -257,19 +260,19 @@ impl FilmPlane {
         (focal + farthest.length_squared() / focal) * self.aspect.max(1.0)
     }
 
-    /// The width of a pixel where the camera's axis meets the film, in radians.
+    /// Width in radians of a pixel at the principal point.
     pub(crate) fn pixel_angle(&self) -> f64 {
         1.0 / self.still.focal
     }
 
-    /// The velocity of a direction with that of the film point it is seen at, as the field of view grows.
+    /// Velocity of the direction of a fixed film point per unit rate of the field of view.
     pub(crate) fn zoom(&self, direction: DVec3) -> DVec3 {
         let across = self.across(direction);
         (across - across.dot(direction) * direction) * self.growth()
     }
 
-    /// The part of a way across the camera's axis, from where the film's middle sees a point as deep: what grows with the
-    /// image.
+    /// Component of a vector orthogonal to the camera's axis, relative to the principal ray at the same
+    /// depth: the part that scales with the image.
     pub(crate) fn across(&self, way: DVec3) -> DVec3 {
         let across = way - self.forward() * self.forward().dot(way);
         if self.has_lens() { across + self.sheared() * self.forward().dot(way) } else { across }
@@ -285,12 +288,12 @@ impl FilmPlane {
         self.still.right.value() * self.shear.x + self.still.up.value() * self.shear.y
     }
 
-    /// By what part of itself the image grows for every radian of the field of view.
+    /// Relative growth of the image per radian of field of view.
     pub(crate) fn growth(&self) -> f64 {
         self.focal_rate / self.still.focal
     }
 
-    /// The film point at which a point of space before the camera is seen.
+    /// Projection of a point in front of the camera onto the film.
     pub(crate) fn project<T: Number>(&self, frame: &Frame<T>, point: Vec3<T>) -> [T; 2] {
         let way = point - frame.origin;
         let scale = frame.focal / way.dot(frame.forward);
@@ -302,7 +305,7 @@ impl FilmPlane {
         [T::constant(self.centre.x) + right, T::constant(self.centre.y) - up]
     }
 
-    /// The cell a film point falls into, if samples there reach any pixel.
+    /// The cell of a film point, if samples there reach any pixel.
     pub(crate) fn cell(&self, u: DVec2) -> Option<(usize, usize)> {
         let u = if self.is_box() { self.within_borders(u) } else { u };
         let at = (u - self.corner).floor() + self.reach as f64;
@@ -319,7 +322,7 @@ impl FilmPlane {
         (self.corner - reach, self.corner + size + reach)
     }
 
-    /// How the film point at which a direction is seen moves with the direction.
+    /// Jacobian of the film point with respect to direction.
     pub(crate) fn jacobian(&self, direction: DVec3) -> FilmJacobian {
         let Frame { right, up, forward, focal, .. } = self.still;
         let (right, up, forward) = (right.value(), up.value(), forward.value());
@@ -329,7 +332,7 @@ impl FilmPlane {
         FilmJacobian([(right - a * forward) * across, (b * forward - up) * down])
     }
 
-    /// The camera's axis as it stands.
+    /// The static camera's axis.
     pub(crate) fn forward(&self) -> DVec3 {
         self.still.forward.value()
     }
@@ -340,12 +343,12 @@ impl FilmPlane {
 pub(crate) struct FilmJacobian([DVec3; 2]);
 
 impl FilmJacobian {
-    /// u̇ of a velocity of the direction.
+    /// u̇ from the velocity of the direction.
     pub(crate) fn apply(&self, velocity: DVec3) -> DVec2 {
         DVec2::new(self.0[0].dot(velocity), self.0[1].dot(velocity))
     }
 
-    /// The transpose: the covector of the direction's velocity from one of u̇.
+    /// Transpose of [`apply`](Self::apply): covector of the direction's velocity, from that of u̇.
     pub(crate) fn transpose(&self, covector: DVec2) -> DVec3 {
         self.0[0] * covector.x + self.0[1] * covector.y
     }

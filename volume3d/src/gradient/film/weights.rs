@@ -1,4 +1,4 @@
-//! What samples of a cell weigh for the pixels around it.
+//! Filter weights of a cell's samples for the pixels around it.
 
 use flatland::calculus::Number;
 use glam::DVec2;
@@ -7,15 +7,15 @@ use super::super::filter::{weight, weights};
 use super::FilmPlane;
 use crate::scene::Filter;
 
-/// Pixels along an axis whose integrals the samples of a cell are part of, under filters no wider than two pixels.
+/// Pixels along an axis that a cell's samples reach, for filters at most two pixels wide.
 pub(crate) const NEAR: usize = 3;
 
-/// Filters over more pixels than this along an axis are rare.
+/// Pixels along an axis up to which weights are computed at once; wider filters are rare.
 const WIDEST_AT_ONCE: usize = 9;
 
 impl FilmPlane {
-    /// Calls with every pixel that a sample of the cell (i, j) reaches: its place (a, b) in the neighbourhood
-    /// and (x, y) in the image.
+    /// Calls back with every pixel that a sample of the cell (i, j) reaches: its position (a, b) in the
+    /// neighbourhood and (x, y) in the image.
     pub(crate) fn for_each_pixel(&self, i: usize, j: usize, mut f: impl FnMut(usize, usize, usize, usize)) {
         let around = if self.is_box() { 1..=1 } else { 0..=2 * self.reach };
         for b in around.clone() {
@@ -27,8 +27,8 @@ impl FilmPlane {
         }
     }
 
-    /// Calls with every pixel in whose integral a point of the cell (i, j) has a weight, or gets one as it moves: its row in the
-    /// neighbourhood, its place (x, y) in the image, and the weight.
+    /// Calls back with every pixel in which a point of the cell (i, j) has a weight, or gets one as it moves:
+    /// row in the neighbourhood, position (x, y) in the image, and weight.
     #[inline]
     pub(crate) fn for_each_weight<T: Number>(
         &self,
@@ -64,13 +64,13 @@ impl FilmPlane {
         }
     }
 
-    /// Whether [`weights_near`](Self::weights_near) are all weights.
+    /// Whether [`weights_near`](Self::weights_near) covers all weights.
     pub(crate) fn is_near(&self) -> bool {
         !self.is_box() && 2 * self.reach + 1 == NEAR
     }
 
-    /// The weights of points of the cell (i, j) side by side, along columns and along rows of the neighbourhood: their products are those
-    /// for its pixels, but for some zeros those of [`for_each_weight`](Self::for_each_weight).
+    /// Weights of N points of the cell (i, j) along columns and rows of the neighbourhood. Their products are
+    /// the pixel weights of [`for_each_weight`](Self::for_each_weight), with additional zeros.
     #[inline(always)]
     pub(crate) fn weights_near<const N: usize>(
         &self,
@@ -90,7 +90,7 @@ impl FilmPlane {
         [columns, rows]
     }
 
-    /// Whether one of these pixels is reached by samples of a cell, or is beside one that is.
+    /// Whether a cell's samples reach one of these pixels or a neighbour of one.
     pub(crate) fn reaches(&self, i: usize, j: usize, pixel: impl Fn(usize) -> bool) -> bool {
         let around = || 0..=2 * self.reach;
         let rows = around().filter_map(|b| self.pixel_row(j, b));
@@ -98,12 +98,12 @@ impl FilmPlane {
             .any(pixel)
     }
 
-    /// The weight h of a point for the pixel (i, j) of the image.
+    /// Filter weight h of a point for the pixel (i, j) of the image.
     pub(crate) fn weight<T: Number>(&self, [x, y]: [T; 2], i: usize, j: usize) -> T {
         let centre = self.corner + DVec2::new(i as f64 + 0.5, j as f64 + 0.5);
         let at = |x: T, c: f64| weight(self.filter, x - T::constant(c));
         match self.filter {
-            // Samples of a pixel are those of its cell; its edge is an integral of its own.
+            // Samples of a pixel are those of its cell; its edge is a separate integral.
             Filter::Box => T::constant(1.0),
             _ => at(x, centre.x) * at(y, centre.y),
         }
@@ -118,7 +118,7 @@ mod tests {
     use crate::gradient::tests::film;
     use crate::scene::{Camera, Description, Scene};
 
-    /// In every cell of a small film, at its border and in the middle, bit for bit.
+    /// All cells of a small film, at its border and inside, bit for bit.
     #[test]
     fn weights_side_by_side_are_those_one_by_one() {
         let places = [[0.0, 0.0], [0.1, 0.9], [0.5, 0.5], [0.7, 0.2]];

@@ -1,26 +1,26 @@
-//! One edge as seen from a point: an arc of a great circle, and what it gives to the field around it.
+//! An edge as seen from a point, an arc of a great circle, and the integrals of the kernel along it.
 
 use glam::DVec3;
 
-/// The radius of the cap in which edges count, and 1 − cos of it.
+/// Angular radius of the cap in which edges count, with its cosine, sine and 1 − cos.
 ///
-/// Edges farther away from a direction have no part in its field. The kernel falls to 0 there without a jump, so the
-/// radius may be any, but must be the same for all directions of one integral.
+/// Edges farther from a direction do not contribute to its field. The kernel falls to 0 continuously at the
+/// radius, which may therefore be chosen freely, but must be the same for all directions of one integral.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AngularSupport {
     pub(crate) angle: f64,
     pub(crate) cosine: f64,
     pub(crate) sine: f64,
     pub(crate) versine: f64,
-    /// δ = (ε²/2)/(1 + ε²/2) of softened kernels; 0 of exact ones.
+    /// δ = (ε²/2)/(1 + ε²/2) for softened kernels; 0 for exact ones.
     pub(crate) shrinkage: f64,
 }
 
 impl AngularSupport {
-    /// A cap without extent.
+    /// The empty cap.
     pub(crate) const NONE: Self = Self { angle: 0.0, cosine: 1.0, sine: 0.0, versine: 0.0, shrinkage: 0.0 };
 
-    /// Of a cap with this angular radius, at most [`WIDEST`].
+    /// A cap with this angular radius, at most [`WIDEST`].
     pub(crate) fn new(angle: f64) -> Self {
         let angle = angle.min(WIDEST);
         let half = (0.5 * angle).sin();
@@ -34,24 +34,24 @@ impl AngularSupport {
         }
     }
 
-    /// The same with softened kernels: ε in radians, 0 for none.
+    /// The cap with softened kernels: ε in radians, 0 for none.
     pub(crate) fn softened(self, softness: f64) -> Self {
         let half = 0.5 * softness * softness;
         Self { shrinkage: if half.is_finite() { half / (1.0 + half) } else { 1.0 }, ..self }
     }
 }
 
-/// Caps must stay smaller than half a sphere, or an arc might enter one twice.
+/// Largest radius of a cap: less than half a sphere, or an arc could enter it twice.
 pub(crate) const WIDEST: f64 = 1.2;
 
-/// A direction is known no better than this: one that seems to be exactly on an arc is taken to be as far from it. The
-/// field is continuous there, and its divergence then has an error of the order of 1.
+/// Precision of directions: one that seems to be exactly on an arc is treated as this far from it. The field
+/// is continuous there, and its divergence has an error of order 1.
 const ROUNDING: f64 = 1e-16;
 
-/// Arcs shorter than this, in radians, are left out: edges seen end-on, of which rounding does not leave a direction.
+/// Length, in radians, below which arcs are omitted: edges seen end-on, whose direction is lost in rounding.
 const SHORTEST: f64 = 1e-12;
 
-/// An arc from a to b, the shorter way around, with its pole ν ∝ a × b.
+/// An arc from a to b, the shorter way, with its pole ν ∝ a × b.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Arc {
     pub(crate) ends: [DVec3; 2],
@@ -70,15 +70,15 @@ pub(crate) struct Graded {
 /// > K(u, b) = (1/(1 − u·b) − 1/(1 − cos R))₊,
 ///
 /// and their gradients by u; softened, K(u, b) = (1/(1 − (1 − δ) u·b) − 1/(1 − cos R))₊, which is at most
-/// about 2/ε² and differs from the exact kernel only at angles of about ε:
-/// [`Field::Softened`](crate::gradient::Field::Softened) says what it is for. The velocity of the arc is
-/// linear between its ends, ḃ = \[sin(Φ − φ) ȧ + sin φ ḃ₁\]/sin Φ at angle φ from the first of them; that
-/// this is the velocity of the edge between the two follows from ν·ḃ being linear in b.
+/// about 2/ε² and differs from the exact kernel only at angles of about ε: see
+/// [`Field::Softened`](crate::gradient::Field::Softened). The velocity of the arc at angle φ from its first
+/// end is ḃ = \[sin(Φ − φ) ȧ + sin φ ḃ₁\]/sin Φ. It equals the velocity of the edge between the two ends in
+/// the normal direction, as ν·ḃ is linear in b.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Moments {
     /// ∫ K.
     pub(crate) whole: Graded,
-    /// The parts of ∫ K ḃ that go with the velocity of each end.
+    /// The parts of ∫ K ḃ proportional to the velocity of each end.
     pub(crate) ends: [Graded; 2],
 }
 
@@ -90,17 +90,18 @@ impl Graded {
 }
 
 impl Moments {
-    /// Those of the kernel times a function of the direction.
+    /// Moments of the kernel times a function of the direction.
     pub(crate) fn times(self, factor: Graded) -> Self {
         Self { whole: self.whole.times(factor), ends: self.ends.map(|end| end.times(factor)) }
     }
 }
 
 impl Arc {
-    /// The moments around u; nothing if the arc does not enter the cap.
+    /// The moments around u; `None` if the arc does not enter the cap.
     ///
-    /// With c the length of the projection of u on the plane of the arc and ψ the angle from it, u·b = c cos ψ, and
-    /// everything is elementary in τ = tan(ψ/2). Softened, c (1 − δ) takes the place of c, and gradients have a factor 1 − δ.
+    /// With c the length of the projection of u on the plane of the arc and ψ the angle from it, u·b = c cos
+    /// ψ, and all integrals are elementary in τ = tan(ψ/2). Softened, c (1 − δ) takes the place of c, and
+    /// gradients have a factor 1 − δ.
     pub(crate) fn moments(&self, u: DVec3, reach: AngularSupport) -> Option<Moments> {
         let s = u.dot(self.pole);
         let s = s.abs().max(ROUNDING).copysign(s);
@@ -112,7 +113,7 @@ impl Arc {
         // sin² of half the angle at which the great circle leaves the cap.
         let per_c = 1.0 / c;
         let half = 0.5 * (reach.versine - versine) * per_c;
-        // NaN where u is the pole itself.
+        // NaN if u is the pole itself.
         if half.is_nan() || half <= 0.0 {
             return None;
         }
@@ -123,7 +124,7 @@ impl Arc {
         let [a, b] = self.ends.map(|e| [e.dot(m), e.dot(n)]);
         let (mut low, mut high) = (half_tangent(a), half_tangent(b));
         if low > high {
-            // Around the far side: one of the ends at most is within the cap.
+            // Around the far side, at most one of the ends is within the cap.
             if low < limit {
                 high = limit;
             } else {
@@ -134,11 +135,12 @@ impl Arc {
         if low.partial_cmp(&high) != Some(std::cmp::Ordering::Less) {
             return None;
         }
-        // √(1 − c²): the distance of u from the arc, unless it is softened.
+        // √(1 − c²): the distance of u from the arc, unless softened.
         let apart = if shrinkage > 0.0 { (versine * (1.0 + c)).sqrt() } else { s.abs() };
         let i = Integrals::new(apart, [c, per_c], versine, [low, high]);
         let level = 1.0 / reach.versine;
-        // What is tangent at u of m, exactly: m itself is nearly u, and projecting it would leave rounding over s².
+        // Component of m tangent at u, exactly: m itself is nearly u, and projecting it would leave an error
+        // of rounding/s².
         let across = (kept * s * per_true_c) * (s * u - self.pole);
         let n = kept * n;
         let graded = |value: f64, [x, y]: [f64; 2]| Graded { value, gradient: x * across + y * n };
@@ -163,18 +165,18 @@ impl Arc {
     }
 }
 
-/// tan(ψ/2) of the angle of a vector, ±∞ on the far side.
+/// tan(ψ/2) of the angle of a vector; ±∞ on the far side.
 fn half_tangent([x, y]: [f64; 2]) -> f64 {
     if x <= 0.0 { f64::INFINITY.copysign(y) } else { y / ((x * x + y * y).sqrt() + x) }
 }
 
-/// Integrals over ψ with e = 1 − c cos ψ.
+/// Integrals over ψ, with e = 1 − c cos ψ.
 struct Integrals {
     /// ∫ dψ.
     angle: f64,
     /// ∫ dψ/e.
     j0: f64,
-    /// ∫ sin ψ/e, times c: log e between the ends.
+    /// ∫ sin ψ/e times c: log e between the ends.
     logarithm: f64,
     /// ∫ cos ψ and ∫ sin ψ.
     sines: f64,
@@ -189,7 +191,8 @@ struct Integrals {
 }
 
 impl Integrals {
-    /// Between two half tangents. `s` is √(1 − c²), `per_c` 1/c, and `versine` 1 − c: a division takes as long as many products.
+    /// Integrals between two half tangents. `s` is √(1 − c²), `per_c` 1/c (a division costs as much as many
+    /// products), and `versine` 1 − c.
     fn new(s: f64, [c, per_c]: [f64; 2], versine: f64, [low, high]: [f64; 2]) -> Self {
         let wide = 1.0 + c;
         // e = (1 − c + (1 + c) τ²)/(1 + τ²), without cancellation.
@@ -226,8 +229,8 @@ impl Integrals {
 
 /// ∫ dψ/e² = ∫ 2 (1 + τ²)/((1 + c)² (g² + τ²)²) dτ with g² = (1 − c)/(1 + c).
 ///
-/// The closed form loses digits as g²/τ² where the arc is on u's great circle but far along it; there the series in
-/// g²/τ² stands in for it.
+/// The closed form cancels as g²/τ² if the arc is on u's great circle but far along it; there the series in
+/// g²/τ² replaces it.
 fn inverse_square(s: f64, c: f64, low: f64, high: f64, closed: impl FnOnce() -> f64) -> f64 {
     let wide = 1.0 + c;
     let g2 = (s / wide).powi(2);
@@ -249,7 +252,7 @@ fn inverse_square(s: f64, c: f64, low: f64, high: f64, closed: impl FnOnce() -> 
     2.0 / (wide * wide) * (antiderivative(high) - antiderivative(low))
 }
 
-/// Where the series takes over: the closed form has lost three digits of sixteen there.
+/// g²/τ² below which the series is used: the closed form has lost three of sixteen digits there.
 const SERIES: f64 = 1e-3;
 /// Terms of the series: (10⁻³)⁶ is below rounding.
 const TERMS: usize = 6;
@@ -273,7 +276,7 @@ mod tests {
         Arc { ends: [a, b], pole: a.cross(b).normalize() }
     }
 
-    /// The definition, by the midpoint rule: ∫ K, and the parts of both ends.
+    /// Reference by the midpoint rule: ∫ K, and the parts of both ends.
     fn by_quadrature(arc: &Arc, u: DVec3, reach: AngularSupport) -> [f64; 3] {
         let [a, b] = arc.ends;
         let whole = a.cross(b).length().atan2(a.dot(b));
@@ -345,7 +348,7 @@ mod tests {
         }
     }
 
-    /// ∇·V of a triangle around u stays what it is as u comes near one of its edges.
+    /// ∇·V of a triangle around u is stable as u approaches one of its edges.
     #[test]
     fn divergence_does_not_lose_its_digits_near_an_edge() {
         let corners =

@@ -1,13 +1,13 @@
-//! The bound of a softened field (Theory 6), tested in clutter and in a gap of 10⁻⁹.
+//! Test of the bound of a softened field (Theory 6), in clutter and in a gap of 10⁻⁹.
 //!
-//! |V| ≤ v, the largest angular velocity of a jump within reach, softened or not, and |∇·V| is of the order
-//! of (1 + N) v/ε with N soft jumps. What is held here is
+//! |V| ≤ v, the largest angular velocity of a discontinuity within reach, softened or not, and |∇·V| is of
+//! the order of (1 + N) v/ε with N softened discontinuities. The test checks
 //!
 //! > |∇·V| ≤ (4 + N) v/ε,
 //!
-//! which N > 4 jumps within much less than ε of one border could exceed, up to twofold, if they moved against
-//! it; clutter does not. Within a face that opens it is (204 + N) v/ε, as borders of faces of less than ε/100
-//! are softened by ε/40.
+//! which N > 4 discontinuities within much less than ε of one border could exceed, up to twofold, if they
+//! moved against it; clutter does not. Within a face that opens it is (204 + N) v/ε, as borders of faces
+//! narrower than ε/100 are softened by ε/40.
 
 use flatland::random::{open01, stream};
 use flatland::sdf::{End, Trace};
@@ -21,11 +21,11 @@ use crate::scene::{Camera, Description, Film, Filter, Material, Scene};
 
 const REACH: f64 = 0.05;
 
-/// The angles at which the left faces of blocks are seen.
+/// Angles at which the left faces of blocks are seen.
 const EDGE_ON: [f64; 5] = [1e-1, 1e-3, 1e-4, 1e-5, 1e-7];
 
-/// Leaves before one another, each with a motion of its own, two sheets that move apart, 10⁻⁹ from one another, and blocks, of each of which
-/// a face opens or closes; and directions, with the constant of the bound there.
+/// Overlapping leaves, each with its own motion; two sheets 10⁻⁹ apart that separate; and blocks, each with a
+/// face that opens or closes; with test directions and the constant of the bound for each.
 fn clutter() -> (Scene, Vec<(DVec3, f64)>) {
     let camera = Camera::look_at(DVec3::ZERO, -DVec3::Z, DVec3::Y, 0.5);
     let film = Film { width: 2, height: 2, crop: None, filter: Filter::Box };
@@ -80,7 +80,7 @@ fn softened_fields_are_bounded() {
     let mut trace = Trace { direction: DVec3::ZERO, points: vec![], end: End::Miss };
     for part in [0.05, 0.3, 1.0] {
         let softness = part * REACH;
-        // The largest |V|/v, and |∇·V| over its bound: softened, and exact.
+        // The largest |V|/v, and |∇·V| relative to its bound: softened, and exact.
         let mut worst = [[0.0_f64; 2]; 2];
         for &(u, constant) in &directions {
             let hit = scene.closest(DVec3::ZERO, u, None);

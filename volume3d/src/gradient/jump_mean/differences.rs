@@ -1,4 +1,4 @@
-//! ∇·V of the mean over jumps, tested by differences of V.
+//! Test of ∇·V of the mean over discontinuities against finite differences of V.
 
 use flatland::random::{open01, stream};
 use flatland::sdf::{End, Trace};
@@ -10,7 +10,7 @@ use crate::geometry::Mesh;
 use crate::gradient::{ImplicitField, Tangent};
 use crate::scene::{Camera, Description, Film, Filter, Material, Scene};
 
-/// Two sheets on both sides of the directions that are asked about, which move.
+/// Two moving sheets on both sides of the test directions.
 fn sheets() -> (Scene, Tangent) {
     let camera = Camera::look_at(DVec3::ZERO, -DVec3::Z, DVec3::Y, 0.5);
     let film = Film { width: 2, height: 2, crop: None, filter: Filter::Box };
@@ -29,8 +29,8 @@ fn sheets() -> (Scene, Tangent) {
     (scene, change)
 }
 
-/// Far from what moves as well, where velocities turn away from the sphere: there a tenth of the term −2
-/// u·V is a hundred thousand times what differences are off by.
+/// Includes directions far from what moves, where velocities point out of the sphere: a tenth of the term −2
+/// u·V is a hundred thousand times the error of the differences there.
 #[test]
 fn divergences_are_those_of_differences() {
     let (scene, change) = sheets();

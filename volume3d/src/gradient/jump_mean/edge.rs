@@ -1,44 +1,45 @@
-//! An edge of a scene, and the query whether it is a silhouette within a cone of directions.
+//! An edge of a scene, and the test whether it is a silhouette within a cone of directions.
 
 use glam::DVec3;
 
 use super::arc::AngularSupport;
 use crate::scene::Span;
 
-/// An edge with what decides whether it is a silhouette.
+/// An edge with the data that decide whether it is a silhouette.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Edge {
     pub(crate) span: Span,
     pub(crate) places: [DVec3; 2],
-    /// The normals of the two triangles that continue one another across it; zero where it is seen from everywhere, as
-    /// the border of a surface, the meeting of three triangles or a crossing is.
+    /// Normals of the two triangles that continue one another across it; zero if it is a discontinuity from
+    /// every viewpoint: the border of a surface, an edge of three triangles, or a crossing.
     pub(super) normals: [DVec3; 2],
-    /// The faces of these two triangles.
+    /// Faces of these two triangles.
     pub(super) faces: [u32; 2],
-    /// The faces that end there, if they are one or two: what a softened field follows exactly where one of them is seen.
+    /// Faces that end at the edge, at most two; a softened field follows the edge exactly where one of them
+    /// is visible.
     pub(super) owners: [u32; 2],
-    /// Whether it is no jump of what is seen unless it is a silhouette.
+    /// Whether it is a discontinuity only as a silhouette.
     pub(super) seam: bool,
 }
 
 impl Edge {
-    /// Whether a viewer sees one of the edge's triangles from the front and one from the back, or a border.
+    /// Whether the viewer sees one of the edge's triangles from the front and one from the back, or a border.
     pub(super) fn is_silhouette(&self, cone: &Cone<'_>) -> bool {
         let way = self.places[0] - cone.origin;
         let [a, b] = self.normals.map(|n| n.dot(way));
-        // From within one of the planes it is one, but for rounding.
+        // Seen from within one of the planes it is one, up to rounding.
         a * b <= 0.0 || a.abs().min(b.abs()) <= cone.rounding
     }
 }
 
-/// What a query is about: a direction from a point, and planes before which edges must be.
+/// A query: a cone of directions from a point, and planes in front of which edges must lie.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cone<'p> {
     pub(crate) origin: DVec3,
     pub(crate) axis: DVec3,
     pub(crate) reach: AngularSupport,
     pub(crate) planes: &'p [HalfSpace],
-    /// A viewer this near to a plane is within it.
+    /// Distance to a plane within which a viewer counts as in it.
     pub(crate) rounding: f64,
 }
 
@@ -56,7 +57,7 @@ impl HalfSpace {
     }
 }
 
-/// The pole of the great circle of an edge as seen from a point: NaN if it is seen end-on.
+/// The pole of an edge's great circle as seen from a point; NaN if the edge is seen end-on.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pole(pub(super) DVec3);
 

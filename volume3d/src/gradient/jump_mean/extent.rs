@@ -1,17 +1,19 @@
-//! How wide faces are as a viewer sees them.
+//! Apparent width of faces.
 //!
-//! A field that follows both borders of a face exactly turns between them: ∇·V ~ Δv/w where they are w apart and move by Δv against one
-//! another. Of a rigid face that is no more than its turning over the angle at which it is seen, and as large as one likes where that is
-//! almost edge-on. So a softened field follows the borders of a narrow face softened as well, though less than others.
+//! A field that follows both borders of a face exactly varies between them: ∇·V ~ Δv/w if they are w apart
+//! and move by Δv relative to one another. For a rigid face that is at most its angular velocity divided by
+//! the angle at which it is seen, which is unbounded for a face seen edge-on. A softened field therefore
+//! softens the borders of narrow faces as well, though less than other discontinuities.
 
 use glam::DVec3;
 
 use crate::scene::{NONE, Scene};
 
-/// A face is narrow if it is seen less wide than this part of the softness.
+/// Apparent width, relative to the softness, below which a face is narrow.
 const NARROW: f64 = 0.01;
 
-/// The softness of its border, as a part of that of others: V misses so little of what it follows that little is left to curves.
+/// Softness of a narrow face's border relative to the general softness: so small that the residual left to
+/// boundary samples is small.
 const BORDER: f64 = 0.025;
 
 /// The size of a face.
@@ -19,16 +21,16 @@ const BORDER: f64 = 0.025;
 struct Extent {
     normal: DVec3,
     centre: DVec3,
-    /// Its area over its length.
+    /// Area divided by length.
     breadth: f64,
 }
 
-/// The sizes of a scene's faces, by their first triangles.
+/// Sizes of a scene's faces, indexed by their first triangles.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Extents(Vec<Extent>);
 
 impl Extents {
-    /// Of faces that are told by the first triangle of each triangle's face.
+    /// Sizes of faces, given the first triangle of each triangle's face.
     pub(super) fn new(scene: &Scene, first: &[u32]) -> Self {
         let mut low = vec![DVec3::INFINITY; first.len()];
         let mut high = vec![DVec3::NEG_INFINITY; first.len()];
@@ -56,8 +58,9 @@ impl Extents {
         )
     }
 
-    /// The softness with which the border of a face is followed as it is seen from a place, for that of other jumps, in radians: 0 unless it is narrow.
-    /// Of a face of area A and length l, of which the middle is seen at the angle α and the distance d, the width is w = (A/l) sin α / d.
+    /// Softness, in radians, with which the border of a face is followed when seen from `origin`, given that
+    /// of other discontinuities: 0 unless it is narrow. A face of area A and length l, whose centre is seen
+    /// at the angle α and the distance d, has the apparent width w = (A/l) sin α / d.
     pub(super) fn border_softness(&self, face: u32, origin: DVec3, softness: f64) -> f64 {
         let Extent { normal, centre, breadth } = self.0[face as usize];
         let way = centre - origin;

@@ -1,10 +1,11 @@
-//! Faces: coplanar triangles that continue one another without a jump.
+//! Faces: sets of coplanar triangles that continue one another without a discontinuity.
 //!
-//! The edges between the triangles of a face are no jumps, and a warp field must not know of them: it would turn where a
-//! silhouette lies exactly before one. So what counts around a direction is the border of the face that is seen, not that
-//! of the triangle. A face grows from its first triangle, whose plane stands for it, over edges without a jump, as long
-//! as triangles stay within rounding of that plane: so that a finely divided curved surface is not taken for one face,
-//! step by step. What rounding is, `FLAT` and [`THICK`] say.
+//! Edges between the triangles of a face are not discontinuities, and a warp field must ignore them:
+//! otherwise it would change where a silhouette lies exactly in front of one. The relevant border around a
+//! direction is therefore that of the visible face, not of the triangle. A face grows from its first
+//! triangle, whose plane represents it, across edges without a discontinuity, as long as triangles stay
+//! within rounding of that plane: a finely tessellated curved surface is thus not absorbed step by step into
+//! one face. Tolerances are `FLAT` and [`THICK`].
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -15,38 +16,38 @@ use super::edge::{Cone, Edge};
 use super::tree::Tree;
 use crate::scene::{FLAT, NONE, Scene};
 
-/// Corners no farther from a face's plane than this part of the scene, and what rounding does to positions as
-/// they were given, are in it: half of what is taken for before a plane, so that nothing is lost which bounds
-/// some other triangle of the face than the first.
+/// Distance from a face's plane, relative to the scene, within which corners (displaced by the rounding of
+/// the input) belong to it. It is half of the tolerance for being in front of a plane, so that no edge is
+/// lost that bounds a triangle of the face other than the first.
 const THICK: f64 = 5e-7;
 
-/// Borders of more edges are looked up in a tree of their own.
+/// Number of border edges above which a face has a tree of its own.
 const MANY: usize = 24;
 
-/// The faces of a scene.
+/// Faces of a scene.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Faces {
-    /// The first triangle of each triangle's face.
+    /// First triangle of each triangle's face.
     first: Vec<u32>,
-    /// For each triangle that is the first of its face, where its border begins among `border`, and the end.
+    /// For each triangle that is the first of its face, the start of its border in `border`, and the end.
     begin: Vec<u32>,
-    /// Edges between two faces, or of one face on both sides, by their places in the tree's list.
+    /// Edges between two faces, or with one face on both sides, as indices into the tree's list.
     border: Vec<u32>,
-    /// Faces with many of them, in order.
+    /// Faces with many border edges, in order.
     large: Vec<(u32, Tree)>,
 }
 
-/// For each triangle the first of its face, as fields and lists of edges share it.
+/// First triangle of each triangle's face, shared by fields and edge lists.
 #[derive(Debug)]
 struct Grown(Arc<[u32]>);
 
 impl Faces {
-    /// For each triangle the first of its face.
+    /// First triangle of each triangle's face, cached with the scene.
     pub(crate) fn grown(scene: &Scene) -> Arc<[u32]> {
         Arc::clone(&scene.derived(|scene| Grown(Self::grow(scene).into())).0)
     }
 
-    /// The same, found anew.
+    /// First triangle of each triangle's face, computed.
     pub(super) fn grow(scene: &Scene) -> Vec<u32> {
         let mut first = vec![NONE; scene.triangles.len()];
         let size = scene.positions.iter().fold(0.0_f64, |size, p| size.max(p.abs().max_element()));
@@ -75,11 +76,11 @@ impl Faces {
         first
     }
 
-    /// The borders of faces, whose edges have been put in order.
+    /// Borders of faces, from ordered edges.
     pub(super) fn new(first: Vec<u32>, edges: &[Edge]) -> Self {
         let sides = |edge: &Edge| {
             let [f, g] = edge.faces;
-            // A slit has one face on both sides, and is one of its edges once.
+            // A slit has one face on both sides and appears once among its edges.
             [f, if g == f { NONE } else { g }].into_iter().filter(|f| *f != NONE)
         };
         let mut begin = vec![0_u32; first.len() + 1];
@@ -104,13 +105,12 @@ impl Faces {
         Self { first, begin, border, large }
     }
 
-    /// The triangle whose plane is that of a triangle's face.
+    /// The triangle whose plane represents a triangle's face.
     pub(super) fn plane(&self, triangle: u32) -> u32 {
         self.first[triangle as usize]
     }
 
-    /// Calls with every edge of the border of a triangle's face that is no silhouette, of those that may be within a
-    /// cone.
+    /// Calls back with every non-silhouette edge of a triangle's face that may be within a cone.
     pub(super) fn for_each(&self, edges: &[Edge], triangle: u32, cone: &Cone<'_>, mut f: impl FnMut(&Edge)) {
         let face = self.first[triangle as usize];
         if let Ok(place) = self.large.binary_search_by_key(&face, |(f, _)| *f) {

@@ -1,4 +1,4 @@
-//! The field at one direction, linear in the velocities of the ends of edges.
+//! The mean over discontinuities at one direction, linear in the velocities of edge ends.
 
 use std::f64::consts::TAU;
 
@@ -15,85 +15,84 @@ use crate::Sphere;
 use crate::gradient::followed::{Followed, FollowedPoint};
 use crate::scene::{Scene, Span};
 
-/// Which edges are tried as silhouettes.
+/// Candidate silhouettes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Silhouettes<'e> {
-    /// All of the scene.
+    /// All edges of the scene.
     All,
-    /// None: they are sampled.
+    /// None: they are sampled as curves.
     None,
-    /// These: silhouettes from the viewer's place, with none missing that may be near.
+    /// A given list of silhouettes from the viewpoint, complete near the direction.
     Listed(&'e Listed),
 }
 
-/// What the integrand is about, and with it which curves are jumps.
+/// Type of integrand, which determines the discontinuities.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Subject {
-    /// What is seen: silhouettes, crossings, and the border of the face of a triangle, if one is seen.
+    /// Visible radiance: silhouettes, crossings, and the border of the face of the visible triangle, if any.
     Radiance(Option<u32>),
-    /// What covers what: silhouettes. Where two surfaces that both hide something pass through one another, it
-    /// stays hidden.
+    /// Visibility: silhouettes. Where two occluders cross, the occlusion does not change.
     Cover,
-    /// What hides a flat light: silhouettes of other shapes, and where these pass through the light. The border
-    /// of the light is an integral of its own.
+    /// Visibility of a flat light: silhouettes of other shapes, and their crossings with the light. The
+    /// light's border is a separate integral.
     CoverOf(u32),
 }
 
-/// What is looked at.
+/// Viewpoint and integrand.
 #[derive(Clone, Debug)]
 pub(crate) struct View<'p> {
     pub(crate) origin: DVec3,
-    /// Where what is seen is nothing but silhouettes before these planes.
+    /// Half spaces to which the relevant edges are confined.
     pub(crate) planes: &'p [HalfSpace],
     pub(crate) subject: Subject,
-    /// The face that the viewer is on, which it sees as its horizon.
+    /// The face on which the viewer lies, whose horizon it sees.
     pub(crate) left: Option<u32>,
-    /// The softness with which a softened field follows the border of what is seen, in radians.
+    /// Softness with which a softened field follows the border of the visible face, in radians.
     pub(crate) border_softness: f64,
-    /// A viewer this near to a plane is within it.
+    /// Distance to a plane within which a viewer counts as in it.
     pub(crate) rounding: f64,
 }
 
-/// V and ∇·V at a direction, from the velocities of ends of arcs.
+/// V and ∇·V at a direction, linear in the velocities of arc ends.
 #[derive(Clone, Debug)]
 pub(crate) struct JumpMean {
     point: DVec3,
     pieces: Vec<Piece>,
     level_sets: Vec<LevelSetTap>,
-    /// 1/(∫ K + 2π/R), and that times the gradient of what it is one over.
+    /// 1/(∫ K + 2π/R), and that times the gradient of the denominator.
     inverse: f64,
     slope: DVec3,
 }
 
-/// A part of an edge, and what it gives.
+/// A part of an edge, with its moments.
 #[derive(Clone, Copy, Debug)]
 struct Piece {
     span: Span,
-    /// How far the piece's ends are on the way from one of the edge to the other.
+    /// Positions of the piece's ends along the edge.
     along: [f64; 2],
     directions: [DVec3; 2],
     distances: [f64; 2],
     moments: Moments,
-    /// Whether nothing jumps there.
+    /// Whether it is continuous there.
     seam: bool,
 }
 
-/// Most of the fields that have pieces have no more than this.
+/// Typical largest number of pieces of a nonempty field.
 const OFTEN: usize = 8;
 
-/// What the end of an arc gives to the field.
+/// Coefficients of an arc's end in the field.
 struct Part {
-    /// V is the sum of this times the velocity, projected.
+    /// V is the projected sum of velocities with this weight.
     value: f64,
-    /// ∇·V is the sum of this dotted with the velocity.
+    /// ∇·V is the sum of the dot products of this vector with the velocity.
     divergence: DVec3,
 }
 
 impl JumpMean {
-    /// The field at u; nothing if no arc and no implicit surface is near.
+    /// The field at u; `None` if no arc and no implicit surface is near.
     #[expect(
         clippy::too_many_arguments,
-        reason = "what is seen, from where, and the memory it takes are told apart"
+        reason = "view, direction, reach and scratch memory are independent"
     )]
     pub(crate) fn new(
         scene: &Scene,
@@ -105,7 +104,7 @@ impl JumpMean {
         sight: &Sight,
         trace: &mut Trace<DVec3>,
     ) -> Option<Self> {
-        // Many queries find none, and take no memory.
+        // Many queries find none, and allocate nothing.
         let mut pieces = vec![];
         let face = match view.subject {
             Subject::Radiance(Some(triangle)) => Some(tree.plane(triangle)),
@@ -113,8 +112,8 @@ impl JumpMean {
         };
         let followed = if reach.shrinkage > 0.0 { [face, view.left] } else { [None; 2] };
         let mut add = |edge: &Edge, pole: Pole, seam: bool| {
-            // What is seen follows its own border exactly, unless that is narrow, whatever passes before it, and so does what it is seen
-            // from; and where there is no jump, both sides must agree.
+            // The visible face's own border is followed exactly unless it is narrow, whatever passes in front
+            // of it, and so is that of the face on which the viewer lies; at seams both sides must agree.
             let border = seam || followed.into_iter().flatten().any(|face| edge.owners.contains(&face));
             let reach = if border { reach.softened(view.border_softness) } else { reach };
             if let Some(piece) = piece(edge, pole, seam, view, u, reach) {
@@ -174,7 +173,7 @@ impl JumpMean {
         Some(Self { point: u, pieces, level_sets: level_sets.collect(), inverse: 1.0 / whole, slope })
     }
 
-    /// What implicit surfaces give to V and ∇·V, from φ̇ and ∇φ̇ as the viewer sees them.
+    /// Contribution of implicit surfaces to V and ∇·V, from φ̇ and ∇φ̇ relative to the viewer.
     pub(crate) fn level_set_field(&self, mut rate: impl FnMut(&LevelSetTap) -> Jet<DVec3>) -> Field<DVec3> {
         let (mut value, mut divergence) = (DVec3::ZERO, 0.0);
         for tap in &self.level_sets {
@@ -185,13 +184,14 @@ impl JumpMean {
         Field { value: Sphere::project(self.point, value), divergence }
     }
 
-    /// The transpose: hands each its covector in a·V + b ∇·V.
+    /// Transpose of [`level_set_field`](Self::level_set_field): hands each surface its covector in a·V + b
+    /// ∇·V.
     pub(crate) fn scatter_level_sets(&self, a: DVec3, b: f64, mut add: impl FnMut(&LevelSetTap, Jet<DVec3>)) {
         let a = Sphere::project(self.point, a);
         self.level_sets.iter().for_each(|tap| add(tap, tap.covector(a, b)));
     }
 
-    /// Calls with both ends of every piece.
+    /// Calls back with both ends of every piece.
     #[inline]
     fn for_each_end(&self, mut f: impl FnMut(&FollowedPoint, Part)) {
         for piece in &self.pieces {
@@ -209,12 +209,12 @@ impl JumpMean {
         Part { value, divergence: gradient * self.inverse - value * (self.slope + 2.0 * self.point) }
     }
 
-    /// One, and one for each piece.
+    /// Cost: one, plus one for each piece.
     pub(crate) fn work(&self) -> u64 {
         1 + self.pieces.len() as u64
     }
 
-    /// Whether all coefficients are.
+    /// Whether all coefficients are finite.
     pub(crate) fn is_finite(&self) -> bool {
         let is_finite = |part: Part| part.value.is_finite() && part.divergence.is_finite();
         self.pieces.iter().all(|piece| (0..2).all(|k| is_finite(self.part(piece, k))))
@@ -222,7 +222,7 @@ impl JumpMean {
     }
 }
 
-/// 2π/R, with the chord of R.
+/// 2π/R, with R as a chord.
 fn floor(reach: AngularSupport) -> f64 {
     TAU / (2.0 * reach.versine).sqrt()
 }
@@ -243,7 +243,7 @@ impl LinearField for JumpMean {
         Field { value: Sphere::project(self.point, value), divergence }
     }
 
-    /// The transpose: hands each end its covector in a·V + b ∇·V.
+    /// Transpose of `field`: hands each end its covector in a·V + b ∇·V.
     fn scatter(&self, a: DVec3, b: f64, mut add: impl FnMut(&FollowedPoint, DVec3)) {
         let a = Sphere::project(self.point, a);
         self.for_each_end(|seen, part| add(seen, part.value * a + b * part.divergence));
@@ -251,7 +251,7 @@ impl LinearField for JumpMean {
 }
 
 impl Subject {
-    /// Whether a silhouette, or a crossing, is among the jumps.
+    /// Whether a silhouette, or a crossing, is among the discontinuities.
     fn has(self, scene: &Scene, span: Span) -> bool {
         match (self, span) {
             (Self::Radiance(_), _) | (Self::Cover, Span::Edge(_)) => true,
@@ -267,15 +267,16 @@ impl Subject {
     }
 }
 
-/// This near to a jump, as a part of the reach, a seam counts for half. Seams keep a warp that slides over a curved
-/// surface with the material, and are no jumps: V must be the same on both of their sides, but may be anything. A jump
-/// exactly before one must have V to itself, or V would not be the same on both sides of the jump, of which only one
-/// sees the seam.
+/// Distance to a discontinuity, relative to the reach, at which a seam has half its weight. Seams make a warp
+/// over a curved surface move with the material and are not discontinuities: V must agree on both of their
+/// sides, but may have any value. V at a discontinuity exactly in front of a seam must be that of the
+/// discontinuity alone; otherwise V would differ between its two sides, of which only one sees the seam.
 const YIELDS: f64 = 0.05;
 
-/// Seams count the less, the nearer a jump is: by the factor 1/(1 + ∫ K/K₀), where the integral is over all jumps, and K₀
-/// what one gives that is a part of the reach away. Where there is a jump it diverges, and V is that of the jump alone;
-/// on a seam that is only near one, V is still that of the seam.
+/// Reduces the weight of seams near discontinuities by the factor 1/(1 + ∫ K/K₀), with the integral over all
+/// discontinuities and K₀ its value at a distance of [`YIELDS`] times the reach from one. At a discontinuity
+/// the integral diverges, and V is that of the discontinuity alone; at a seam that is only near one, V is
+/// still that of the seam.
 fn yield_to_jumps(pieces: &mut [Piece], reach: AngularSupport) {
     if pieces.iter().all(|p| !p.seam) || pieces.iter().all(|p| p.seam) {
         return;
@@ -307,7 +308,7 @@ impl Piece {
     }
 }
 
-/// The part of an edge before all planes, as an arc around u.
+/// The part of an edge in front of all planes, as an arc around u.
 fn piece(
     edge: &Edge,
     Pole(pole): Pole,
@@ -317,12 +318,12 @@ fn piece(
     reach: AngularSupport,
 ) -> Option<Piece> {
     let places = edge.places;
-    // Most edges end here: the whole great circle is out of reach, or there is none.
+    // Most edges end here: the great circle is out of reach or undefined.
     let within = u.dot(pole).abs() < reach.sine;
     if !within {
         return None;
     }
-    // The part of the edge that is left, from 0 to 1.
+    // The remaining part of the edge, from 0 to 1.
     let (mut low, mut high) = (0.0_f64, 1.0_f64);
     for plane in view.planes {
         let [a, b] = places.map(|p| plane.height(p));

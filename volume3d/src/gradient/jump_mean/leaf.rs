@@ -1,17 +1,17 @@
-//! Leaves of the hierarchy of edges: four edges that are refused together, in double precision.
+//! Leaves of the edge hierarchy: four edges tested together in double precision.
 //!
-//! Whether an edge is a silhouette, and whether it is behind a plane, is what it is one by one, bit for bit. Whether it enters a cone is decided
-//! with margins above rounding.
+//! The tests for silhouettes and planes have the same bits as for single edges. The test for entering a cone
+//! has margins above rounding.
 
 use glam::DVec3;
 
 use super::edge::{Cone, Edge, HalfSpace};
 use crate::lanes::{Half, Lanes, WIDTH};
 
-/// Edges of a leaf.
+/// Edges per leaf.
 pub(super) const LEAF: usize = WIDTH / 2;
 
-/// By how much rounding may move the sine of an angle to a great circle, and the cosine of one to a point.
+/// Rounding margin for the sine of an angle to a great circle, and the cosine of an angle to a point.
 const MARGIN: f64 = 1e-14;
 
 pub(super) type Row = [Half; 3];
@@ -21,9 +21,9 @@ pub(super) type Row = [Half; 3];
 pub(super) struct Leaf {
     places: [Row; 2],
     normals: [Row; 2],
-    /// The place of the first among all edges.
+    /// Index of the first edge among all edges.
     pub(super) first: u32,
-    /// As bits, which lanes have one.
+    /// Bit mask of occupied lanes.
     lanes: u32,
 }
 
@@ -38,7 +38,8 @@ impl Leaf {
         Self { places: rows(|e| e.places), normals: rows(|e| e.normals), first: first as u32, lanes }
     }
 
-    /// The edges that may enter a cone, before its planes, and are silhouettes from its origin, or those that are none: as bits.
+    /// Bit mask of the edges that may enter a cone in front of its planes and that are silhouettes from its
+    /// origin, or that are none.
     #[inline(always)]
     pub(super) fn entering<L: Lanes>(&self, l: L, cone: &Cone<'_>, silhouettes: bool) -> u32 {
         let zero = l.splat_double(0.0);
@@ -57,7 +58,7 @@ impl Leaf {
         if left == 0 {
             return 0;
         }
-        // The great circle comes no nearer than its pole says.
+        // The great circle comes no nearer than its pole indicates.
         let axis = splat(l, cone.axis);
         let pole = cross(l, way, sub(l, places[1], places[0]));
         let across = dot(l, axis, pole);
@@ -67,8 +68,8 @@ impl Leaf {
     }
 }
 
-/// Whether arcs may enter a cone, given ways to their ends and vectors along their poles: unless its nearest point is between the ends, an
-/// arc comes no nearer than one of these.
+/// Whether arcs may enter a cone, given vectors to their ends and along their poles: unless its nearest point
+/// is between the ends, an arc comes no nearer than its ends.
 #[inline(always)]
 pub(super) fn comes_near<L: Lanes>(
     l: L,
@@ -85,14 +86,14 @@ pub(super) fn comes_near<L: Lanes>(
 
 pub(super) type Vector<L> = [<L as Lanes>::Double; 3];
 
-/// Whether points are before a plane.
+/// Whether points are in front of a plane.
 #[inline(always)]
 pub(super) fn is_before<L: Lanes>(l: L, plane: &HalfSpace, place: Vector<L>) -> u32 {
     let height = dot(l, splat(l, plane.normal), sub(l, place, splat(l, plane.point)));
     l.less_double(l.splat_double(0.0), l.add_double(height, l.splat_double(plane.slack)))
 }
 
-/// Whether points are outside of a cone.
+/// Whether points are outside a cone.
 #[inline(always)]
 fn is_out<L: Lanes>(l: L, cone: &Cone<'_>, axis: Vector<L>, way: Vector<L>) -> u32 {
     let along = dot(l, axis, way);
@@ -152,7 +153,8 @@ mod tests {
         }
     }
 
-    /// What is refused is no silhouette, or has no part before all planes, or its arc does not enter the cap.
+    /// A rejected edge is no silhouette, or has no part in front of all planes, or its arc does not enter the
+    /// cap.
     #[test]
     fn nothing_that_counts_is_refused() {
         let mut rng = stream(9, &[]);

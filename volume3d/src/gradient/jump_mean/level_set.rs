@@ -1,25 +1,25 @@
-//! Implicit surfaces among the jumps near a direction (Theory 10).
+//! Implicit surfaces in the mean over discontinuities (Theory 10).
 //!
-//! The silhouettes of a level set φ = 0 are no arcs whose integrals are elementary. What stands for them are
+//! The silhouettes of a level set φ = 0 are not arcs with elementary integrals. They are represented by
 //! points x_i = x + t_i u of the ray, with weights that are largest where the ray is nearest to the surface
 //! and grazes it ([`ImplicitField`]):
 //!
 //! > V = (∫ ḃ K + Σ_i κ_i G_i(x_i)/t_i) / (∫ K + F + Σ_i κ_i),
 //!
-//! where F = 2π/R is the floor that arcs have, and G = −φ̇ ∇φ/|∇φ|² the velocity of the level set.
+//! where F = 2π/R is the floor of arcs, and G = −φ̇ ∇φ/|∇φ|² the velocity of the level set.
 //!
-//! - Of Vicini et al. (2022) it is one point for each surface, the mean x̄ = x + t̄u of the points of its
-//!   sphere tracer ([`ViciniField`]), with κ = F (c/r − 1)₊, r = |φ(x̄)|/t̄ and the reach c.
-//! - Of Bangaru et al. (2022) it is every point of the tracer, with their weights in angles, κ_i =
+//! - Vicini et al. (2022): one point per surface, the mean x̄ = x + t̄u of the points of its sphere tracer
+//!   ([`ViciniField`]), with κ = F (c/r − 1)₊, r = |φ(x̄)|/t̄ and the reach c.
+//! - Bangaru et al. (2022): every point of the tracer, with their weights in angles, κ_i =
 //!   (ℓ_i/t_i)(S_i/t_i)^−γ ([`BangaruField::kernels`]), S = |φ| + λ |∇φ·u|. They are not normalised, as the
-//!   sum must tell how near a silhouette is: at an angle α it is ~ α^(1 − γ) outside and ~ α^((1 − γ)/2)
-//!   inside.
+//!   sum must measure the distance to a silhouette: at an angle α it is ~ α^(1 − γ) outside and ~ α^((1 −
+//!   γ)/2) inside.
 //!
-//! The lemma of [the module](super) holds as it stands: Σ κ is infinite on both sides of a silhouette of its
-//! surface, and finite and continuous elsewhere, if rays end at what they hit of a mesh. As what is hit comes
-//! within the first step of the tracer, where there is no point to take a mean of, Vicini's κ falls to 0 by a
-//! factor, and Bangaru's as the length ℓ of the only step does. Where a mesh and an implicit surface, or two
-//! implicit surfaces, pass through one another, their crossings jump, and nothing follows them.
+//! The lemma of [the module](super) holds unchanged: Σ κ is infinite on both sides of a silhouette of its
+//! surface, and finite and continuous elsewhere, if rays end at mesh hits. As a hit moves into the first step
+//! of the tracer, where there is no point to average, Vicini's κ falls to 0 by a factor, and Bangaru's with
+//! the length ℓ of the only step. The lemma does not cover crossings of a mesh with an implicit surface, or
+//! of two implicit surfaces: they are discontinuities that nothing follows.
 
 use flatland::sdf::fields::{BangaruField, MeanPoint, PointKernel, Tap, ViciniField};
 use flatland::sdf::{End, Jet, Scalar, SecondOrder, Trace, View};
@@ -30,53 +30,54 @@ use crate::Sphere;
 use crate::gradient::implicit_field::{ImplicitField, Weights};
 use crate::scene::{Hit, ImplicitShape, Placement, Scene, Surface};
 
-/// Where rays at implicit surfaces begin, and end before the surface does.
+/// Start and end of rays at implicit surfaces.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sight<'w> {
     pub(crate) origin: DVec3,
-    /// The surface that they leave.
+    /// The surface that the rays leave.
     pub(crate) from: Option<Surface>,
     /// The plane {y: n·y = d} beyond which nothing counts.
     pub(crate) plane: Option<(DVec3, f64)>,
-    /// What of a ray stands for silhouettes.
+    /// Type of weights along the ray.
     pub(crate) field: ImplicitField,
-    /// What has been found of the one ray that is asked about.
+    /// Results already known for this ray.
     pub(crate) known: Known<'w>,
 }
 
-/// What is known of a ray at implicit surfaces before a field is made there, as a path had to follow it as well.
+/// Results of tracing a ray at implicit surfaces that are available before the field is evaluated, as the
+/// path traced it too.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Known<'w> {
     Nothing,
-    /// Of a ray of the camera that passes all meshes, what Vicini's field takes of it [for each surface](Sight::meet).
+    /// For a camera ray that misses all meshes, the points of Vicini's field [for each surface](Sight::meet).
     Points(&'w [MeanPoint<DVec3>]),
-    /// Whether the surface that it leaves [keeps away](Scene::keeps_away) all along.
+    /// Whether the surface that the ray leaves [keeps away](Scene::keeps_away) from all of it.
     Leaves(bool),
 }
 
-/// A point that stands for silhouettes of an implicit surface near a direction.
+/// A point that represents silhouettes of an implicit surface near a direction.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NearLevelSet {
     implicit: u32,
     t: Scalar<DVec3>,
-    /// φ there.
+    /// φ at the point.
     there: SecondOrder<DVec3>,
     /// κ/F.
     pub(super) kernel: Graded,
 }
 
-/// A point of an implicit surface's level sets, and what φ̇ and ∇φ̇ there give to the field.
+/// A point of an implicit surface's level sets, with the coefficients of φ̇ and ∇φ̇ in the field.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LevelSetTap {
-    /// Which surface.
+    /// Index of the surface.
     pub(crate) implicit: u32,
-    /// φ there, to second order.
+    /// φ at the point, to second order.
     pub(crate) there: SecondOrder<DVec3>,
     tap: Tap<DVec3>,
 }
 
 impl Sight<'_> {
-    /// The points of all implicit surfaces of a scene whose kernels do not vanish at u, beside arcs whose floor is given.
+    /// Points of all implicit surfaces whose kernels are nonzero at u, for a given floor of arcs.
     pub(super) fn near(
         &self,
         scene: &Scene,
@@ -90,8 +91,9 @@ impl Sight<'_> {
         near
     }
 
-    /// The nearest implicit surface that a ray meets, found by following the ray as Vicini's field does, which then need not do it again: of each
-    /// surface what it has to know comes to `known`. Nothing of another field, or where a ray's end must be looked for otherwise.
+    /// The nearest hit of a ray with implicit surfaces, found with the steps of Vicini's field, which need
+    /// not be repeated then: the results for each surface go to `known`. `None` for other fields, or if the
+    /// ray's end requires another search.
     pub(crate) fn meet(
         &self,
         scene: &Scene,
@@ -122,7 +124,7 @@ impl Sight<'_> {
         }))
     }
 
-    /// Whether a surface that the ray leaves is farther from it than the field reaches.
+    /// Whether a surface that the ray leaves is farther from it than the reach of the field.
     fn keeps_away(
         &self,
         scene: &Scene,
@@ -133,13 +135,13 @@ impl Sight<'_> {
     ) -> bool {
         match self.known {
             Known::Leaves(true) => true,
-            // It does not keep away as far as the scene goes. A plane may end the ray before.
+            // It does not keep away over the extent of the scene, but a plane may end the ray earlier.
             Known::Leaves(false) if self.plane.is_none() => false,
             _ => field.reach.is_some_and(|reach| scene.keeps_away(implicit, (self.origin, u), part, reach)),
         }
     }
 
-    /// Adds those of one.
+    /// Adds the points of one surface.
     fn add(
         &self,
         scene: &Scene,
@@ -159,7 +161,7 @@ impl Sight<'_> {
             return;
         }
         let end = match self.field.weights(scene.implicit_size(implicit), leaves) {
-            // Most rays that leave a surface have a mean point as far from it as any: κ is 0.
+            // Most rays that leave a surface have a mean point far from it: κ = 0.
             Weights::Vicini(field)
                 if leaves && self.keeps_away(scene, implicit, u, (start, far.value), &field) =>
             {
@@ -186,7 +188,7 @@ impl Sight<'_> {
     }
 }
 
-/// A ray in a surface's own coordinates, where directions are turned, and lengths are those of the world by its scale.
+/// A ray in a surface's own coordinates: directions are rotated, lengths are scaled world lengths.
 struct Walk<'a> {
     field: ViciniField,
     view: View<'a, DVec3>,
@@ -216,7 +218,7 @@ impl<'a> Walk<'a> {
         self.field.mean_point::<Sphere>(&self.view, self.direction, self.far)
     }
 
-    /// The point that Vicini's field takes, if its kernel does not vanish.
+    /// The point of Vicini's field, if its kernel is nonzero.
     fn near(&self, implicit: u32, shape: &ImplicitShape, point: &MeanPoint<DVec3>) -> Option<NearLevelSet> {
         let Self { field, view, direction, far, placement: Placement { scale, rotation, .. } } = *self;
         let (t, first) = point.t.zip(point.first)?;
@@ -228,12 +230,12 @@ impl<'a> Walk<'a> {
         let kernel = Graded { value, gradient: rotation * gradient };
         let t = Scalar { value: scale * t.value, gradient: rotation * t.gradient * scale };
         let there = shape.placed_second_order(there);
-        // What is not a number is handed on, and counted.
+        // NaN is passed on, and counted.
         (value != 0.0).then_some(NearLevelSet { implicit, t, there, kernel })
     }
 }
 
-/// The points of a ray that Bangaru's field takes: all but the first, and those that count for nothing.
+/// Points of a ray for Bangaru's field: all but the first and those of zero weight.
 fn all_points(
     field: &BangaruField,
     implicit: u32,
@@ -251,8 +253,8 @@ fn all_points(
     })
 }
 
-/// How much of a ray there is beyond its first step, as a part of a tenth of that, at most 1. A ray that ends within its first step
-/// has no point to take a mean of: kernels must vanish as it becomes so short.
+/// Length of a ray beyond its first step, relative to a tenth of that step, at most 1. A ray that ends within
+/// its first step has no point to average: kernels must vanish as it becomes so short.
 fn room(first: Scalar<DVec3>, far: Scalar<DVec3>) -> Graded {
     const PART: f64 = 0.1;
     let value = (far.value - first.value) / (PART * first.value);
@@ -263,7 +265,7 @@ fn room(first: Scalar<DVec3>, far: Scalar<DVec3>) -> Graded {
     Graded { value, gradient }
 }
 
-/// How far away a plane is along u: t = (d − n·x)/(n·u), with its gradient −t n_⊥/(n·u).
+/// Distance to a plane along u: t = (d − n·x)/(n·u), with its gradient −t n_⊥/(n·u).
 fn distance((normal, offset): (DVec3, f64), origin: DVec3, u: DVec3) -> Option<Scalar<DVec3>> {
     let along = normal.dot(u);
     let value = (offset - normal.dot(origin)) / along;
@@ -272,7 +274,7 @@ fn distance((normal, offset): (DVec3, f64), origin: DVec3, u: DVec3) -> Option<S
 }
 
 impl NearLevelSet {
-    /// Its part of the field, where it has the given weight.
+    /// The point's coefficients in the field, for a given weight.
     pub(super) fn tap(&self, origin: DVec3, u: DVec3, weight: Graded) -> LevelSetTap {
         let Self { implicit, t, there, .. } = *self;
         let weight = Scalar { value: weight.value, gradient: weight.gradient };
@@ -286,13 +288,14 @@ impl LevelSetTap {
         self.tap.point
     }
 
-    /// What rates there give to V, before it is projected, and to ∇·V.
+    /// Contribution of rates to V, before projection, and to ∇·V.
     pub(super) fn field(&self, rate: Jet<DVec3>) -> (DVec3, f64) {
         let Tap { value, slope, gradient, .. } = self.tap;
         (value * rate.value, slope * rate.value + gradient.dot(rate.gradient))
     }
 
-    /// The transpose: the covector of the rates from a, projected, and b of a·V + b ∇·V.
+    /// Transpose of [`field`](Self::field): the covector of the rates from a, projected, and b of a·V + b
+    /// ∇·V.
     pub(super) fn covector(&self, a: DVec3, b: f64) -> Jet<DVec3> {
         let Tap { value, slope, gradient, .. } = self.tap;
         Jet { value: a.dot(value) + b * slope, gradient: gradient * b }

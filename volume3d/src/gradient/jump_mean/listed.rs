@@ -1,4 +1,4 @@
-//! Silhouettes that are looked up once for many directions, and refused four at a time.
+//! Silhouettes from one viewpoint, looked up once for many directions and tested four at a time.
 
 use glam::DVec3;
 
@@ -6,12 +6,12 @@ use super::edge::{Cone, Edge, Pole};
 use super::leaf::{Row, comes_near, dot, is_before, load, splat, sub};
 use crate::lanes::{Instructions, Lanes, Task, WIDTH};
 
-/// Silhouettes of a group.
+/// Silhouettes per group.
 const GROUP: usize = WIDTH / 2;
-/// Groups that are looked at together: one bit a silhouette.
+/// Groups tested together: one bit per silhouette.
 const TOGETHER: usize = u64::BITS as usize / GROUP;
 
-/// Silhouettes from one place, with the poles of their great circles.
+/// Silhouettes from one viewpoint, with the poles of their great circles.
 #[derive(Debug, Default)]
 pub(crate) struct Listed {
     edges: Vec<Edge>,
@@ -19,10 +19,10 @@ pub(crate) struct Listed {
     instructions: Instructions,
 }
 
-/// What refuses four silhouettes.
+/// Data for testing four silhouettes.
 #[derive(Debug)]
 struct Group {
-    /// NaN where there are no more.
+    /// NaN in unused lanes.
     poles: Row,
     places: [Row; 2],
 }
@@ -45,13 +45,13 @@ impl Group {
 }
 
 impl Listed {
-    /// None.
+    /// Removes all.
     pub(crate) fn clear(&mut self) {
         self.edges.clear();
         self.groups.clear();
     }
 
-    /// One more, as seen from a place.
+    /// Adds one, as seen from a viewpoint.
     pub(crate) fn push(&mut self, edge: &Edge, origin: DVec3) {
         let lane = self.edges.len() % GROUP;
         if lane == 0 {
@@ -64,7 +64,7 @@ impl Listed {
         self.edges.push(*edge);
     }
 
-    /// Calls with every silhouette that may enter a cone from the place it is seen from, and be before all its planes there.
+    /// Calls back with every silhouette that may enter a cone in front of all its planes.
     pub(super) fn for_each(&self, cone: &Cone<'_>, mut f: impl FnMut(&Edge, Pole)) {
         let groups = self.groups.chunks(TOGETHER);
         for (groups, edges) in groups.zip(self.edges.chunks(TOGETHER * GROUP)) {
@@ -78,7 +78,7 @@ impl Listed {
     }
 }
 
-/// Which of up to 64 silhouettes may count: one bit each.
+/// Bit mask of up to 64 silhouettes that may count.
 struct Near<'a> {
     groups: &'a [Group],
     cone: &'a Cone<'a>,
@@ -120,8 +120,8 @@ mod tests {
     use super::*;
     use crate::scene::{NONE, Span};
 
-    /// Those that count, in their order, and no other: their arcs enter the cone, and a part of them is before its planes. An edge seen end-on
-    /// has no great circle.
+    /// Exactly those that count are found, in order: their arcs enter the cone, with a part in front of its
+    /// planes. An edge seen end-on has no great circle.
     #[test]
     fn those_that_count_are_found_in_order() {
         let mut rng = stream(4, &[]);

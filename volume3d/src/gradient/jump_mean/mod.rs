@@ -1,53 +1,56 @@
-//! A warp field from the jumps near a direction (Theory 5): [`flatland::warp::JumpMean`] for great arcs on
-//! the sphere and for scenes in which surfaces hide one another.
+//! Mean over discontinuities: the warp field of [`flatland::warp::JumpMean`] (Theory 5), for great arcs on
+//! the sphere and scenes with occlusion.
 //!
-//! What is seen along the directions u from a point jumps on arcs: where the surface that is seen ends, turns away, or is
-//! hidden. The field is a mean of the velocities of their points,
+//! Radiance along the directions u from a point is discontinuous on arcs: where the visible surface ends,
+//! turns away, or becomes occluded. The field is a weighted mean of the velocities of their points,
 //!
 //! > V(u) = ∫ ḃ K(u, b) db / (∫ K(u, b) db + 2π/R),  K(u, b) = (1/(1 − u·b) − 1/(1 − cos R))₊,
 //!
 //! over a set S(u) of such arcs b within an angle R of u. Integrals and gradients are elementary, so V and
-//! ∇·V are exact: no auxiliary ray is traced, and nothing is left to be debiased.
+//! ∇·V are exact: no auxiliary rays, and no debiasing.
 //!
-//! # What counts
+//! # The set S(u)
 //!
-//! A *face* is a set of coplanar triangles that continue one another without a jump. If T is the face seen at u, S(u) is
+//! A *face* is a set of coplanar triangles that continue one another without a discontinuity. If T is the
+//! face seen at u, S(u) consists of
 //!
-//! 1. every silhouette, border and crossing of the scene, clipped to what is before the plane of T, and
-//! 2. the edges of T: creases, where its radiance ends, and *seams*, where it is continued smoothly by a face of another
-//!    plane.
+//! 1. every silhouette, border and crossing of the scene, clipped to the half space in front of the plane of
+//!    T, and
+//! 2. the edges of T: creases, where its radiance ends, and *seams*, where a face of another plane continues
+//!    it smoothly.
 //!
-//! Seams are no jumps. They are there because a warp over a curved surface is best where it is the velocity
-//! of the surface itself. Their kernels have a factor 1/(1 + ∫ K/K₀), the integral over all jumps of S(u),
-//! and K₀ a constant: a seam yields to a jump where both are at one place.
+//! Seams are not discontinuities. They are included because the best warp over a curved surface is the
+//! velocity of the surface itself. Their kernels have a factor 1/(1 + ∫ K/K₀), with the integral over all
+//! discontinuities of S(u) and K₀ a constant: where a seam and a discontinuity coincide, the seam yields.
 //!
 //! # Lemma: V·ν is the same from both sides
 //!
-//! *Let T(u) be constant on open sets of directions, and these border on one another in arcs C with normals ν. If no two
-//! jumps of different normal velocities coincide along an arc, V is continuous in every set, and V·ν = v·ν on both
-//! sides of every arc, where v is the velocity of C* (Theory 5).
+//! *Let T(u) be constant on open sets of directions that border on one another in arcs C with normals ν. If
+//! no two discontinuities of different normal velocities coincide along an arc, V is continuous in every set,
+//! and V·ν = v·ν on both sides of every arc, where v is the velocity of C* (Theory 5).
 //!
-//! The test `scan` of this module measures V·ν on both sides of every kind of curve, and of coincidences of each pair
-//! that leaves the derivative defined. Where jumps of *different* normal velocities coincide along an arc the image has
-//! two one-sided derivatives and no other: V is then that of one jump on one side and the mean of both on the other.
+//! The test `scan` of this module measures V·ν on both sides of every kind of curve, and of every pair of
+//! coincident curves for which the derivative is defined. Where discontinuities of *different* normal
+//! velocities coincide along an arc, the image has only two one-sided derivatives: V is then that of one
+//! discontinuity on one side and the mean of both on the other.
 //!
-//! Silhouettes that something else hides remain in S. They bend V where nothing jumps, which costs some variance and no
-//! bias.
+//! Occluded silhouettes remain in S. They bend V where nothing is discontinuous, which costs some variance
+//! but no bias.
 //!
-//! Jumps within faces with interpolated normals are no arcs of S: they are boundary terms beside the field
+//! Discontinuities within faces with interpolated normals are not arcs of S: they are separate boundary terms
 //! ([`sign_changes`](crate::gradient::WarpedArea::sign_changes)).
 //!
 //! # Softened fields
 //!
-//! Of a softened field ([`Field::Softened`](crate::gradient::Field::Softened), Theory 6) kernels of jumps
-//! before T stop growing at an angle ε, and those of the border of T (its *owner*) and of seams stay exact.
-//! It leaves a [residual](crate::gradient::boundary) on the far side of silhouettes, at crossings, and
-//! nowhere else. With v the largest angular velocity of the N jumps within reach, |V| ≤ v, and |∇·V| is of
-//! the order of (1 + N) v/ε, whatever gaps and crossings there are, and 2v/w more within a face that is seen
-//! w wide, whose borders move against one another where it opens. So a face is *narrow* if w is less than a
-//! hundredth of ε, and kernels of its own borders, seams included, stop growing at ε/40, which adds to the
-//! residual there. A sample of the area adds at most (|∇h| + h |∇·V|/v) v |L − L₀| to a pixel, and one of a
-//! curve that is left 2 v h |L − L₀| over its density. (The test `bound` has both sides.)
+//! In a softened field ([`Field::Softened`](crate::gradient::Field::Softened), Theory 6) kernels of
+//! discontinuities in front of T stop growing at an angle ε, while those of the border of T (its *owner*) and
+//! of seams stay exact. It leaves a [residual](crate::gradient::boundary) on the far side of silhouettes, at
+//! crossings, and nowhere else. With v the largest angular velocity of the N discontinuities within reach,
+//! |V| ≤ v, and |∇·V| is of the order of (1 + N) v/ε, whatever the gaps and crossings, plus 2v/w within a
+//! face of apparent width w, whose borders move relative to one another where it opens. A face is therefore
+//! *narrow* if w is less than ε/100, and kernels of its own borders, seams included, stop growing at ε/40,
+//! which adds to the residual there. An area sample adds at most (|∇h| + h |∇·V|/v) v |L − L₀| to a pixel,
+//! and a sample of a residual curve 2 v h |L − L₀| divided by its density. (The test `bound` covers both.)
 
 mod arc;
 #[cfg(test)]

@@ -1,25 +1,25 @@
-//! Nodes of the hierarchy of edges: eight boxes with cones of normals, refused in single precision.
+//! Nodes of the edge hierarchy: eight boxes with normal cones, tested in single precision.
 //!
-//! A node only ever decides what need not be looked at, with margins above its rounding. Lengths are in units of the
-//! hierarchy, from its middle, so that squares in single precision neither vanish nor overflow where it matters.
+//! A node only rejects edges, with margins above its rounding. Lengths are relative to the hierarchy's centre
+//! and size, so that squares in single precision neither vanish nor overflow where it matters.
 
 use glam::DVec3;
 
 use super::edge::{Cone, Edge};
 use crate::lanes::{Lanes, Row, WIDTH};
 
-/// A box around edges, with a cone around the normals of their triangles.
+/// Bounding box of edges, with a cone around the normals of their triangles.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounds {
     centre: DVec3,
     /// Half the box's extent.
     half: DVec3,
-    /// No place is farther from the centre.
+    /// Bounding radius about the centre.
     radius: f64,
     axis: DVec3,
-    /// Sine of the cone's half angle; nothing if it is wider than a quarter turn, or a border is among the edges.
+    /// Sine of the cone's half angle; `None` if it exceeds a right angle or a border is among the edges.
     sine: Option<f64>,
-    /// Heights along the axis over the centre: their middle, and half of what is between them.
+    /// Heights along the axis relative to the centre: midpoint and half range.
     level: f64,
     thickness: f64,
 }
@@ -31,7 +31,7 @@ impl Bounds {
         let high = places().fold(DVec3::NEG_INFINITY, DVec3::max);
         let normals = || edges.iter().flat_map(|e| e.normals);
         let axis = normals().sum::<DVec3>().normalize_or_zero();
-        // A border's normals are zero, and so is its cosine.
+        // The normals of a border are zero, and so is the cosine.
         let cosine = normals().map(|n| n.dot(axis)).fold(1.0, f64::min);
         let sine = (cosine > MARGIN).then(|| (1.0 - cosine * cosine).max(0.0).sqrt());
         let (centre, half) = (0.5 * (low + high), 0.5 * (high - low));
@@ -43,13 +43,13 @@ impl Bounds {
         Self { centre, half, radius, axis, sine, level, thickness }
     }
 
-    /// The same without a cone: whether edges are silhouettes does not matter.
+    /// Bounds without a normal cone, if silhouettes do not matter.
     pub(super) fn from_everywhere(edges: &[Edge]) -> Self {
         Self { sine: None, ..Self::around(edges) }
     }
 }
 
-/// Where lengths in single precision are taken from, and one over their unit: the middle and the size of all edges' box.
+/// Origin and inverse unit of single-precision lengths: centre and size of the box of all edges.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Frame {
     pub(super) middle: DVec3,
@@ -57,7 +57,8 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    /// A place in two numbers for each coordinate, of which the second is what the first has lost: 2⁻⁴⁸ of it is still missing.
+    /// A point as two numbers per coordinate, the second the rounding error of the first: relative precision
+    /// 2⁻⁴⁸.
     fn place(&self, place: DVec3) -> [[f32; 2]; 3] {
         ((place - self.middle) * self.unit).to_array().map(|x| {
             let first = x as f32;
@@ -66,10 +67,10 @@ impl Frame {
     }
 }
 
-/// The bounds of eight children, and where these are.
+/// Bounds of eight children, and their indices.
 #[derive(Clone, Debug)]
 pub(super) struct Node {
-    /// What is twice as precise, as what counts is how far away they are.
+    /// In double-single precision, as distances from the viewer matter.
     centre: [[Row; 2]; 3],
     half: [Row; 3],
     radius: Row,
@@ -78,7 +79,7 @@ pub(super) struct Node {
     sine: Row,
     level: Row,
     thickness: Row,
-    /// Nodes, or leaves.
+    /// Indices of nodes, or leaves.
     pub(super) child: [u32; WIDTH],
     children: u32,
 }
@@ -109,7 +110,7 @@ impl Node {
             node.radius[lane] = (b.radius * frame.unit * wider + LEAST_RADIUS) as f32;
             node.level[lane] = (b.level * frame.unit) as f32;
             node.thickness[lane] = (b.thickness * frame.unit) as f32;
-            // With a right angle nothing is ever left out.
+            // A right angle rejects nothing.
             let sine = b.sine.unwrap_or(1.0);
             (node.cosine[lane], node.sine[lane]) = ((1.0 - sine * sine).sqrt() as f32, sine as f32);
             node.children |= 1 << lane;
@@ -118,7 +119,7 @@ impl Node {
     }
 }
 
-/// A cone as nodes are compared with it.
+/// A cone in the form in which nodes are tested.
 pub(super) struct Query {
     origin: [[f32; 2]; 3],
     axis: [f32; 3],
@@ -130,20 +131,20 @@ pub(super) struct Query {
     margin: f32,
 }
 
-/// The most planes that are compared: those left out refuse nothing.
+/// Largest number of planes tested: omitted ones reject nothing.
 const PLANES: usize = 2;
 
-/// What rounding to single precision, and a few operations after it, may be off by, relative to the distance of the
-/// farthest point of a box: 33 units of rounding.
+/// Bound on the rounding of single precision over a few operations, relative to the distance of the farthest
+/// point of a box: 33 units of rounding.
 const MARGIN: f64 = 2e-6;
 
-/// Boxes are at least as large: their margins are then above 10⁻¹⁴, which is what places in two numbers may be off by.
+/// Least radius of boxes: their margins then exceed 10⁻¹⁴, the error of double-single coordinates.
 const LEAST_RADIUS: f64 = 1e-8;
 
-/// Squares of this are far from overflow, and nothing is refused from farther away.
+/// Distance whose square is far from overflow; nothing is rejected from farther away.
 const FARTHEST: f64 = 1e6;
 
-/// Numbers that are not above zero by so much do not refuse anything.
+/// Numbers must exceed this to reject anything.
 const ABOVE: f32 = f32::MIN_POSITIVE;
 
 impl Query {
@@ -168,7 +169,8 @@ impl Query {
         }
     }
 
-    /// The children that may have an edge within the cone and before its planes that is a silhouette or may be one, as bits.
+    /// Bit mask of the children that may have an edge within the cone, in front of its planes, that is or may
+    /// be a silhouette.
     #[inline(always)]
     pub(super) fn entered<L: Lanes>(&self, l: L, node: &Node) -> u32 {
         let margin = l.splat(self.margin);
@@ -179,7 +181,7 @@ impl Query {
         let half = [l.load(x), l.load(y), l.load(z)];
         let radius = l.load(&node.radius);
         let way = [self.way(l, node, 0), self.way(l, node, 1), self.way(l, node, 2)];
-        // What is along the cone's axis, and across.
+        // Components along the cone's axis and across it.
         let along = dot(l, axis, way);
         let across = [
             l.mul_sub_from(along, axis[0], way[0]),
@@ -187,11 +189,11 @@ impl Query {
             l.mul_sub_from(along, axis[2], way[2]),
         ];
         let apart = l.sqrt(dot(l, across, across));
-        // No less than how far the centre is.
+        // At least the distance of the centre.
         let distance = l.add(l.abs(along), apart);
         let slack = l.mul(margin, l.add(distance, radius));
-        // A plane that touches the cone on the side of the box, with a normal n = across cos R − axis sin R |across|. What is across is off by
-        // the rounding of the way, which turns n by that over |across|.
+        // A plane that touches the cone on the side of the box, with normal n = across cos R − axis sin R
+        // |across|. `across` has the rounding error of `way`, which rotates n by that over |across|.
         let leaning = l.mul(sine, apart);
         let n = [
             l.mul_sub(across[0], cosine, l.mul(axis[0], leaning)),
@@ -211,9 +213,9 @@ impl Query {
         let [x, y, z] = &node.axis;
         let normal = [l.load(x), l.load(y), l.load(z)];
         let height = dot(l, normal, way);
-        // β, the half angle of the box's ball as seen from the origin, and θ, that of the cone of normals: every
-        // triangle shows its front, or every one its back, unless the angle of way and normal is within θ + β of a
-        // right one. All of it times the distance, of which the tangent to the ball is cos β.
+        // With β the half angle of the box's ball seen from the origin, and θ that of the normal cone: all
+        // triangles show their fronts, or all their backs, unless the angle between way and normal is within
+        // θ + β of a right angle. Everything is times the distance; the tangent to the ball is cos β.
         let zero = l.splat(0.0);
         let tangent = l.sqrt(l.max(l.mul_sub_from(radius, radius, dot(l, way, way)), zero));
         let (narrow, wide) = (l.load(&node.cosine), l.load(&node.sine));
@@ -221,8 +223,8 @@ impl Query {
         let limit = l.mul_add(wide, tangent, limit);
         let is_wide = l.less_equal(l.mul(narrow, tangent), l.mul(wide, radius));
         refused |= l.less_equal(limit, l.abs(height)) & !is_wide;
-        // Along the normal, up or down, the cone rises as it goes on: as far away as a child is, it is above all of it. The last of it times
-        // the slope.
+        // Along the normal, up or down, the cone rises as it goes on: at the distance of a child it is above
+        // all of it. The last term is times the slope.
         let slope = dot(l, axis, normal);
         let up = l.abs(slope);
         let flat = l.max(l.mul_sub_from(slope, slope, l.splat(1.0)), zero);
@@ -236,7 +238,7 @@ impl Query {
         node.children & !refused
     }
 
-    /// One coordinate of the ways to the centres.
+    /// One coordinate of the vectors to the centres.
     #[inline(always)]
     fn way<L: Lanes>(&self, l: L, node: &Node, k: usize) -> L::Float {
         let ([first, rest], origin) = (&node.centre[k], self.origin[k]);
@@ -290,7 +292,7 @@ mod tests {
         DVec3::from_array(std::array::from_fn(|_| 2.0 * open01(rng) - 1.0))
     }
 
-    /// Edges near a point; borders, or with normals that differ by `spread`.
+    /// Edges near a point: borders, or with normals that differ by `spread`.
     fn edges(rng: &mut Stream, scale: f64, spread: Option<f64>) -> Vec<Edge> {
         let (centre, size) = (3.0 * point(rng), 10_f64.powf(2.0 * open01(rng) - 2.5));
         let normal = point(rng).normalize();
@@ -312,7 +314,7 @@ mod tests {
             .collect()
     }
 
-    /// Whether some point of the edge is well within the cone and before the planes.
+    /// Whether some point of the edge is well within the cone and in front of the planes.
     fn counts(edge: &Edge, cone: &Cone<'_>) -> bool {
         edge.is_silhouette(cone)
             && (0..=16).any(|i| {
@@ -333,7 +335,7 @@ mod tests {
                 let groups: Vec<Vec<Edge>> = (0..WIDTH).map(|_| edges(&mut rng, scale, spread)).collect();
                 let frame = Frame { middle: scale * DVec3::ONE, unit: 1.0 / (6.0 * scale) };
                 let node = Node::new(groups.iter().map(|g| Bounds::around(g)), &frame);
-                // Near the edges now and then, also within their box.
+                // Near the edges in half of the trials, also within their box.
                 let near = groups[0][0].places[0] + 0.01 * scale * point(&mut rng);
                 let origin = if trial % 2 == 0 { near } else { scale * 4.0 * point(&mut rng) };
                 let towards = groups[trial % WIDTH][1].places[1] - origin;

@@ -1,7 +1,8 @@
-//! How edges are parted among the children of a node: so that few queries enter many of them.
+//! Partition of edges among the children of a node, such that few queries enter many of them.
 //!
-//! A query enters a child the more likely, the larger the surface of its box is, and the more its normals turn, as some viewer must see a front
-//! and a back. One edge as long as the scene, or one border among edges of a solid, spoils a child for all others.
+//! The probability that a query enters a child grows with the surface area of its box and with the spread of
+//! its normals, as some viewer must see a front and a back. One edge as long as the scene, or one border
+//! among the edges of a solid, spoils a child for all others.
 
 use std::ops::Range;
 
@@ -10,18 +11,18 @@ use glam::DVec3;
 use super::edge::Edge;
 use super::leaf::LEAF;
 
-/// Edges longer than this part of the scene are kept apart from all others: a query of 2,000 leaves over a floor enters 19.6 nodes and 18.0 leaves,
-/// 20.4 and 18.0 with an eighth, and 29.7 and 19.8 if none are.
+/// Length, relative to the scene, above which edges are kept separate: a query of 2,000 leaves over a floor
+/// enters 19.6 nodes and 18.0 leaves, compared with 29.7 and 19.8 without separation.
 const LONG: f64 = 0.0625;
 
-/// So many edges tell where all are best parted: with 32, 64, 256 and all, a query enters 13.9, 14.2, 13.7 and 13.5 nodes, and 8.9 to 9.1 leaves
-/// on a blob of 122,888 edges. It was 23.7 and 10.8 where boxes were halved along their longest side.
+/// Number of edges from which the best split is estimated; the number of nodes and leaves that a query enters
+/// hardly depends on it from 32 on.
 const SAMPLE: usize = 64;
 
-/// From how far away edges are looked for, as a part of all that there is; a quarter or ten times as much changes nothing by more than a hundredth.
+/// Typical query distance relative to the scene; results are insensitive to it within factors of 1/4 to 10.
 const DISTANCE: f64 = 0.1;
 
-/// Orders edges by their kinds, borders and long ones apart from others, and returns where each kind is.
+/// Sorts edges by kind, borders and long ones separate from others, and returns the range of each kind.
 pub(super) fn kinds(edges: &mut [Edge], unit: f64) -> Vec<Range<usize>> {
     let is_border = |edge: &Edge| edge.normals == [DVec3::ZERO; 2];
     let is_long = |edge: &Edge| edge.places[0].distance(edge.places[1]) * unit > LONG;
@@ -36,7 +37,7 @@ pub(super) fn kinds(edges: &mut [Edge], unit: f64) -> Vec<Range<usize>> {
     ranges.collect()
 }
 
-/// In which order edges are, by their places before; they are put there at the end, all at once.
+/// A permutation of edges, applied at the end.
 pub(super) struct Order {
     indices: Vec<u32>,
     extents: Vec<Extent>,
@@ -44,19 +45,19 @@ pub(super) struct Order {
 }
 
 impl Order {
-    /// As they are.
+    /// The identity.
     pub(super) fn of(edges: &[Edge], unit: f64) -> Self {
         let extents = edges.iter().map(|edge| Extent::of(edge, unit)).collect();
         Self { indices: (0..edges.len() as u32).collect(), extents, keys: vec![] }
     }
 
-    /// Edges in this order.
+    /// The edges in this order.
     pub(super) fn apply(&self, edges: &[Edge]) -> Vec<Edge> {
         self.indices.iter().map(|&i| edges[i as usize]).collect()
     }
 
-    /// Reorders some along an axis of their places or of their normals, and returns where the second half
-    /// begins: in whole leaves.
+    /// Sorts a range along an axis of positions or normals, and returns the start of the second half, at a
+    /// whole number of leaves.
     pub(super) fn halve(&mut self, range: Range<usize>) -> usize {
         let Self { indices, extents, keys } = self;
         let part = &mut indices[range.clone()];
@@ -71,8 +72,7 @@ impl Order {
     }
 }
 
-/// The axis along which parts are least likely to be entered, if a part of some edges comes before the
-/// others.
+/// The axis along which the two parts are least likely to be entered, at a given split.
 fn best_axis(
     extents: &[Extent],
     some: impl Iterator<Item = u32> + Clone,
@@ -94,7 +94,7 @@ fn best_axis(
     (0..costs.len()).min_by(|&a, &b| costs[a].total_cmp(&costs[b])).unwrap_or(0)
 }
 
-/// The least and the largest coordinates of places, in units of the scene, and of normals.
+/// Least and largest coordinates of positions, in units of the scene, and of normals.
 #[derive(Clone, Copy)]
 struct Extent {
     low: [DVec3; 2],
@@ -115,12 +115,12 @@ impl Extent {
         })
     }
 
-    /// Twice the middle along an axis: three of places, three of normals.
+    /// Twice the midpoint along an axis: three of positions, three of normals.
     fn along(&self, axis: usize) -> f64 {
         self.low[axis / 3][axis % 3] + self.high[axis / 3][axis % 3]
     }
 
-    /// How likely a query enters, up to a factor.
+    /// Relative probability that a query enters.
     fn likelihood(&self) -> f64 {
         let [size, turn] = [0, 1].map(|k| 0.5 * (self.high[k] - self.low[k]));
         let is_border = self.low[1] == DVec3::ZERO && self.high[1] == DVec3::ZERO;
@@ -155,7 +155,7 @@ mod tests {
     fn a_fold_is_parted_by_its_normals() {
         let mut rng = stream(3, &[]);
         let mut point = || DVec3::from_array([(); 3].map(|()| open01(&mut rng)));
-        // Two walls that stand at every place, of which a viewer sees one edge-on.
+        // Two walls at every position, of which a viewer sees one edge-on.
         let mut edges: Vec<Edge> = (0..64)
             .map(|i| {
                 let (at, normal) = (point(), if i % 2 == 0 { DVec3::X } else { DVec3::Y });

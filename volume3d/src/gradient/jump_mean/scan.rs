@@ -1,8 +1,10 @@
-//! The lemma of this module, tested by scanning: V from both sides of every curve at which what is seen changes.
+//! Test of this module's lemma by scanning: V from both sides of every curve at which the visible face
+//! changes.
 //!
-//! A scene for each kind of curve, and for coincidences of two, has random velocities of all vertices. Directions along
-//! lines across it are halved wherever another triangle is seen, down to rounding, and V is compared from both sides.
-//! Fields that leave out what the lemma asks for must be found out on the same scenes.
+//! A scene for each kind of curve, and for coincidences of two, has random velocities of all vertices.
+//! Directions along lines across it are bisected wherever another triangle becomes visible, down to rounding,
+//! and V is compared from both sides. Fields that violate a condition of the lemma must fail on the same
+//! scenes.
 
 use flatland::random::{Stream, open01, stream};
 use flatland::sdf::{End, Trace};
@@ -17,7 +19,7 @@ use crate::geometry::Mesh;
 use crate::gradient::ImplicitField;
 use crate::scene::{Camera, Description, Film, Filter, Material, NONE, Scene, Span, Surface};
 
-/// From both sides V may differ by what it changes by on the way between them, and by rounding.
+/// Tolerance for V from both sides: its variation over the distance between them, and rounding.
 const TOLERANCE: f64 = 1e-6;
 
 const REACH: f64 = 0.2;
@@ -35,7 +37,7 @@ fn plate(x: [f64; 2], y: [f64; 2], z: f64) -> Mesh {
     strip(&row(y[0]), &row(y[1]))
 }
 
-/// A sheet along the line of x and depth through some points, over y from −1 to 1.
+/// A sheet along the polyline of x and depth through some points, over y from −1 to 1.
 fn fold(points: &[(f64, f64)]) -> Mesh {
     let row = |y: f64| points.iter().map(|&(x, z)| DVec3::new(x, y, -z)).collect::<Vec<_>>();
     strip(&row(-1.0), &row(1.0))
@@ -45,7 +47,7 @@ fn wall() -> Mesh {
     plate([-4.0, 4.0], [-4.0, 4.0], 6.0)
 }
 
-/// A name, its meshes, and whether V must change where crossings are no edges, or seams for jumps.
+/// A name, its meshes, and whether V must fail without crossings, or with seams as discontinuities.
 struct Kind {
     name: &'static str,
     meshes: Vec<Mesh>,
@@ -147,7 +149,7 @@ fn seen(scene: &Scene, direction: DVec3) -> Option<u32> {
     scene.closest(DVec3::ZERO, direction, None)?.surface.triangle()
 }
 
-/// V as it is for camera rays.
+/// V for camera rays.
 fn field(
     scene: &Scene,
     tree: &SceneEdges,
@@ -192,7 +194,7 @@ fn random(rng: &mut Stream) -> DVec3 {
     DVec3::from_array(std::array::from_fn(|_| 2.0 * open01(rng) - 1.0))
 }
 
-/// How far along a line another triangle is seen than at its beginning: between two numbers.
+/// Bisects for the position along a line at which the visible triangle changes: an interval.
 fn halved(scene: &Scene, at: impl Fn(f64) -> DVec3, [mut low, mut high]: [f64; 2]) -> [f64; 2] {
     let first = seen(scene, at(low));
     while high - low > 1e-14 {
@@ -202,15 +204,16 @@ fn halved(scene: &Scene, at: impl Fn(f64) -> DVec3, [mut low, mut high]: [f64; 2
     [low, high]
 }
 
-/// The largest difference of V·ν between both sides of a curve, how many times one was met, and the largest V.
+/// The largest difference of V·ν between the two sides of a curve, the number of curves met, and the largest
+/// V.
 ///
-/// Along a curve V may jump: it is the velocity of a part of an edge before a plane, as if the ends of that part kept
-/// their places on the edge.
+/// The component along a curve may be discontinuous: it is the velocity of a part of an edge in front of a
+/// plane, as if the ends of that part kept their positions on the edge.
 fn scan(scene: &Scene, tree: &SceneEdges) -> (f64, usize, f64) {
     scan_where(scene, tree, AngularSupport::new(REACH), |_| true)
 }
 
-/// The same where what is seen on both sides is as told.
+/// [`scan`], restricted to curves with given surfaces on both sides.
 fn scan_where(
     scene: &Scene,
     tree: &SceneEdges,
@@ -248,8 +251,8 @@ fn scan_where(
     (worst, met, largest)
 }
 
-/// A softened field need agree only where no silhouette is: where a face goes on as another, at creases and seams. There it does,
-/// as both faces follow their borders exactly; if they did so in part, it would not.
+/// A softened field need agree only away from silhouettes: where a face continues as another, at creases and
+/// seams. It does there, as both faces follow their borders exactly; with softened borders it would not.
 #[test]
 fn a_softened_field_is_the_same_from_both_sides_where_faces_continue_one_another() {
     let reach = AngularSupport::new(REACH).softened(0.05);
@@ -273,14 +276,14 @@ fn a_softened_field_is_the_same_from_both_sides_where_faces_continue_one_another
     }
 }
 
-/// Without crossings.
+/// Edges without crossings.
 fn uncrossed(scene: &Scene) -> SceneEdges {
     let faces = Faces::grow(scene);
     let kept = |e: &Edge| matches!(e.span, Span::Edge(_));
     SceneEdges::assemble(edges(scene, &faces).into_iter().filter(kept).collect(), faces)
 }
 
-/// With the edges of triangles for those of faces, and seams for jumps.
+/// Edges of triangles in place of faces, with seams as discontinuities.
 fn faceless(scene: &Scene) -> SceneEdges {
     let faces: Vec<u32> = (0..scene.triangles.len() as u32).collect();
     SceneEdges::assemble(edges(scene, &faces).into_iter().map(|e| Edge { seam: false, ..e }).collect(), faces)

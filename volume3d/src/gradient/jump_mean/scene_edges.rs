@@ -1,4 +1,4 @@
-//! All edges of a scene, and those of them near a direction at which what is seen may jump.
+//! All edges of a scene, with queries for discontinuities near a direction.
 
 use glam::DVec3;
 
@@ -10,7 +10,7 @@ use super::tree::Tree;
 use crate::geometry::Edges;
 use crate::scene::{NONE, Scene, Span};
 
-/// The edges of a scene and the faces that they bound.
+/// Edges of a scene and the faces that they bound.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SceneEdges {
     tree: Tree,
@@ -20,7 +20,7 @@ pub(crate) struct SceneEdges {
 }
 
 impl SceneEdges {
-    /// Of a scene's edges and crossings.
+    /// Edges and crossings of a scene.
     pub(crate) fn new(scene: &Scene) -> Self {
         let faces = Faces::grown(scene).to_vec();
         let (edges, extents) = (edges(scene, &faces), Extents::new(scene, &faces));
@@ -28,7 +28,7 @@ impl SceneEdges {
         Self { crowding: Crowding::of(&all.tree, scene.rounding()), ..all }
     }
 
-    /// Of edges, and the first triangle of each triangle's face.
+    /// From edges and the first triangle of each triangle's face.
     pub(super) fn assemble(edges: Vec<Edge>, faces: Vec<u32>) -> Self {
         let mut edges = edges;
         let flat: Vec<Edge> = edges.iter().filter(|e| is_flat(e.normals)).copied().collect();
@@ -40,35 +40,35 @@ impl SceneEdges {
         Self { tree, faces, extents: Extents::default(), crowding: Crowding::default() }
     }
 
-    /// A reach that is as good as one in radians, or that itself: smaller where silhouettes are crowded.
+    /// The reach, in radians, reduced where silhouettes are dense.
     pub(crate) fn reach(&self, angle: f64) -> f64 {
         self.crowding.within(angle)
     }
 
-    /// The triangle whose plane is that of a triangle's face.
+    /// The triangle whose plane represents a triangle's face.
     pub(crate) fn plane(&self, triangle: u32) -> u32 {
         self.faces.plane(triangle)
     }
 
-    /// The softness with which a softened field follows the border of a triangle's face as it is seen from a place, for that of other jumps, in
-    /// radians: 0 unless it is hardly wider than a line.
+    /// Softness, in radians, with which a softened field follows the border of a triangle's face seen from
+    /// `origin`, given that of other discontinuities: 0 unless the face is narrow.
     pub(crate) fn border_softness(&self, triangle: u32, origin: DVec3, softness: f64) -> f64 {
         self.extents.border_softness(self.plane(triangle), origin, softness)
     }
 
-    /// Calls with every edge of the border of a triangle's face that is no silhouette and may be within the cone.
+    /// Calls back with every non-silhouette edge of a triangle's face that may be within the cone.
     pub(crate) fn for_each_of_face(&self, triangle: u32, cone: &Cone<'_>, f: impl FnMut(&Edge)) {
         self.faces.for_each(self.tree.edges(), triangle, cone, f);
     }
 
-    /// Calls with every silhouette of the scene that may be within the cone, and before all its planes.
+    /// Calls back with every silhouette of the scene that may be within the cone, in front of all its planes.
     pub(crate) fn for_each(&self, cone: &Cone<'_>, f: impl FnMut(&Edge)) {
         self.tree.visit(cone, true, f);
     }
 }
 
-/// Every edge once, in the order of their ends, and every crossing; but not the edges between triangles of one face, if
-/// nothing jumps there and they are silhouettes from nowhere.
+/// Every edge once, ordered by its ends, and every crossing; without edges between triangles of one face that
+/// are neither discontinuities nor possible silhouettes.
 pub(super) fn edges(scene: &Scene, first: &[u32]) -> Vec<Edge> {
     let normal = |t: u32| {
         let [a, b, c] = scene.corners(t);
@@ -89,7 +89,7 @@ pub(super) fn edges(scene: &Scene, first: &[u32]) -> Vec<Edge> {
                 _ => ([DVec3::ZERO; 2], [NONE; 2], false),
             };
             let places = ends.map(|i| scene.positions[i as usize]);
-            // Within a face it is a silhouette at most.
+            // Within a face it can only be a silhouette.
             let faces = if seam && faces[0] == faces[1] { [NONE; 2] } else { faces };
             let owners = match sides {
                 [a] => [first[a.triangle as usize], NONE],
@@ -115,7 +115,7 @@ fn crossings(scene: &Scene) -> impl Iterator<Item = Edge> {
     })
 }
 
-/// Whether an edge continues a plane so exactly that it is a silhouette from nowhere but in that plane.
+/// Whether an edge continues a plane so exactly that it is a silhouette only from within that plane.
 fn is_flat([m, n]: [DVec3; 2]) -> bool {
     m == n && m != DVec3::ZERO
 }

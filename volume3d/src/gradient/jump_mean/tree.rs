@@ -1,4 +1,5 @@
-//! Edges in a hierarchy of boxes of their places and of the directions that see them as silhouettes.
+//! Hierarchy of edges, by bounding boxes of their positions and of the directions from which they are
+//! silhouettes.
 
 use std::ops::Range;
 
@@ -10,26 +11,26 @@ use super::node::{Bounds, Frame, Node, Query};
 use super::parts::{Order, kinds};
 use crate::lanes::{Instructions, Lanes, Task, WIDTH, next};
 
-/// Edges in a hierarchy.
+/// Hierarchy of edges.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tree {
     nodes: Vec<Node>,
     leaves: Vec<Leaf>,
-    /// Those in the hierarchy, and after them those that are silhouettes from nowhere.
+    /// Edges in the hierarchy, followed by those that are never silhouettes.
     edges: Vec<Edge>,
     frame: Frame,
     instructions: Instructions,
 }
 
 impl Tree {
-    /// Of edges, and of those that are silhouettes from nowhere, which are in its list only.
+    /// From edges, and edges that are never silhouettes and appear only in the list.
     pub(super) fn new(edges: Vec<Edge>, flat: Vec<Edge>) -> Self {
         let mut tree = Self::of(edges, Bounds::around);
         tree.edges.extend(flat);
         tree
     }
 
-    /// Of edges that are looked up from everywhere.
+    /// From edges that are needed from all viewpoints.
     pub(super) fn of_border(edges: Vec<Edge>) -> Self {
         Self::of(edges, Bounds::from_everywhere)
     }
@@ -49,7 +50,7 @@ impl Tree {
         tree
     }
 
-    /// Appends a node, and all below it; returns its index.
+    /// Appends a node and its descendants; returns its index.
     fn node(&mut self, plan: Plan, bounds: impl Fn(&[Edge]) -> Bounds + Copy) -> u32 {
         let index = self.nodes.len();
         let bounded = plan.children.iter().map(|(part, _)| bounds(&self.edges[part.clone()]));
@@ -65,7 +66,7 @@ impl Tree {
         index as u32
     }
 
-    /// Appends a leaf; returns its index, as that of no node.
+    /// Appends a leaf; returns its index, marked as a leaf.
     fn leaf(&mut self, range: Range<usize>) -> u32 {
         self.leaves.push(Leaf::new(&self.edges[range.clone()], range.start));
         (self.leaves.len() - 1) as u32 | IS_LEAF
@@ -76,7 +77,7 @@ impl Tree {
         &self.edges
     }
 
-    /// Calls with every edge that may count: of silhouettes, or of edges that are none.
+    /// Calls back with every edge that may count, among silhouettes or among other edges.
     pub(super) fn visit(&self, cone: &Cone<'_>, silhouettes: bool, mut f: impl FnMut(&Edge)) {
         if self.nodes.is_empty() {
             return;
@@ -94,13 +95,13 @@ impl Tree {
     }
 }
 
-/// What is below a node: parts of all edges, with what is below them unless they are leaves.
+/// Layout below a node: ranges of edges, with their subdivision unless they are leaves.
 struct Plan {
     children: Vec<(Range<usize>, Option<Plan>)>,
 }
 
 impl Plan {
-    /// Of parts of edges, which are put in order.
+    /// From ranges of edges, which are sorted.
     fn new(order: &mut Order, parts: Vec<Range<usize>>) -> Self {
         let parts = split(order, parts);
         let below = |part: Range<usize>| {
@@ -111,7 +112,7 @@ impl Plan {
     }
 }
 
-/// The same in up to eight parts, each half of one before it.
+/// Up to eight ranges, by repeated halving.
 fn split(order: &mut Order, mut parts: Vec<Range<usize>>) -> Vec<Range<usize>> {
     while parts.len() < WIDTH {
         let largest = (0..parts.len()).max_by_key(|&i| parts[i].len()).filter(|&i| parts[i].len() > LEAF);
@@ -124,12 +125,12 @@ fn split(order: &mut Order, mut parts: Vec<Range<usize>>) -> Vec<Range<usize>> {
     parts
 }
 
-/// How far a query has come.
+/// State of a query.
 struct Descent {
-    /// Nodes that are still to be gone down from, with their children that are entered, as bits.
+    /// Nodes still to be descended from, with bit masks of their entered children.
     stack: [(u32, u32); DEPTH],
     height: usize,
-    /// Leaves with edges that may count: the place of the first of them among all edges, and bits.
+    /// Leaves with edges that may count: index of the first edge, and bit mask.
     found: [(u32, u32); WIDTH],
     count: usize,
     begun: bool,
@@ -141,7 +142,7 @@ impl Descent {
     }
 }
 
-/// Goes on to the next node with leaves in which edges may count; whether there is one.
+/// Advances to the next node with leaves in which edges may count; returns whether there is one.
 #[derive(Clone, Copy)]
 struct Step<'a> {
     tree: &'a Tree,
@@ -153,7 +154,7 @@ struct Step<'a> {
 impl Task for (Step<'_>, &mut Descent) {
     type Output = bool;
 
-    /// All children of a node are compared before one of them is gone down from, and none of that waits for what becomes of another.
+    /// All children of a node are tested before one of them is descended into; the tests are independent.
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> bool {
         let (Step { tree, cone, query, silhouettes }, descent) = self;
@@ -172,7 +173,7 @@ impl Task for (Step<'_>, &mut Descent) {
             let node = &tree.nodes[node as usize];
             while entered != 0 {
                 let child = node.child[next(&mut entered)];
-                // No branch depends on what is found.
+                // Branchless in the results.
                 if child & IS_LEAF == 0 {
                     let entered = query.entered(lanes, &tree.nodes[child as usize]);
                     descent.stack[descent.height] = (child, entered);
@@ -193,7 +194,7 @@ impl Task for (Step<'_>, &mut Descent) {
     }
 }
 
-/// Asks for something ahead of time.
+/// Prefetches a value.
 #[inline(always)]
 fn fetch<L: Lanes, T>(lanes: L, what: &T) {
     let start = std::ptr::from_ref(what).cast::<i8>();
@@ -202,13 +203,13 @@ fn fetch<L: Lanes, T>(lanes: L, what: &T) {
     }
 }
 
-/// What a cache line holds, in bytes.
+/// Bytes of a cache line.
 const LINE: usize = 64;
 
-/// Tells leaves from nodes.
+/// Bit that marks leaves.
 const IS_LEAF: u32 = 1 << 31;
 
-/// Splitting 2³² edges in eight takes 11 steps, each of which leaves seven nodes behind.
+/// Dividing 2³² edges by eight takes 11 levels, each of which leaves seven nodes on the stack.
 const DEPTH: usize = 96;
 
 fn corners(points: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {

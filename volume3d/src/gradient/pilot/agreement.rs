@@ -1,20 +1,20 @@
-//! Whether trials of two methods found the same derivative.
+//! Test whether trials of two methods agree on the derivative.
 //!
-//! The standard error of a method knows nothing of what none of its samples found. Another, independent
-//! estimate does: with g₁ and g₂ of one image μ,
+//! The standard error of a method does not include features that none of its samples found. An independent
+//! second estimate reveals them: with g₁ and g₂ estimates of one image μ,
 //!
 //! > E g₁·g₂ = |μ|² and E |g₁ − g₂|² = E |g₁ − μ|² + E |g₂ − μ|²,
 //!
-//! summed over pixels: the second, less the squared errors that both state, is what one of them lacks.
+//! summed over pixels: the second, less the squared standard errors of both, is what one of them misses.
 
 use super::trial::Trial;
 
-/// Sums over pixels, with the squares of their standard errors; of views that are summed.
+/// Sums over pixels, with their squared standard errors; views add up.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Agreement {
-    /// The squared derivative that both found.
+    /// Squared derivative common to both.
     common: Sum,
-    /// The squared difference less what both state.
+    /// Squared difference beyond the standard errors.
     beyond: Sum,
 }
 
@@ -24,16 +24,16 @@ struct Sum {
     square: f64,
 }
 
-/// The side of squares of pixels whose spread says how well a sum over the film is known: what one sample
-/// adds is within one, or four.
+/// Side of the squares of pixels from whose spread the error of a sum over the film is estimated: the
+/// contribution of one sample lies within one square, or four.
 const SQUARE: usize = 4;
-/// A quantity counts as known if it is this many standard errors from 0.
+/// Standard errors from 0 at which a quantity counts as known.
 const SIGNIFICANT: f64 = 3.0;
-/// For a confirmation, which also bounds what one of the two may lack, this many are enough.
+/// Standard errors sufficient for a confirmation, which also bounds what one of the two may miss.
 const SEEN: f64 = 2.0;
 
 impl Agreement {
-    /// One trial: the squared derivative less its noise.
+    /// One trial: squared derivative less its noise.
     pub(super) fn alone(one: &Trial<'_>) -> Self {
         Self::by_pixel(one, |pixel| {
             let (gradient, variance) = one.pixel(pixel);
@@ -57,31 +57,31 @@ impl Agreement {
         Self { common: sum(0), beyond: sum(1) }
     }
 
-    /// With that of another view.
+    /// The sum with another view.
     pub(super) fn and(&self, other: &Self) -> Self {
         let both = |a: Sum, b: Sum| Sum { value: a.value + b.value, square: a.square + b.square };
         Self { common: both(self.common, other.common), beyond: both(self.beyond, other.beyond) }
     }
 
-    /// Whether one of them is known to lack something.
+    /// Whether one of the two certainly misses something.
     pub(super) fn is_refuted(&self) -> bool {
         self.beyond.value > SIGNIFICANT * self.beyond.square.sqrt()
     }
 
-    /// Whether both found the same derivative: what they have in common is seen, and more than what one of
-    /// them may lack.
+    /// Whether both found the same derivative: their common part is significant and larger than what one of
+    /// them may miss.
     pub(super) fn is_confirmed(&self) -> bool {
         let lacks = self.beyond.value.max(0.0) + self.beyond.square.sqrt();
         self.common.value > SEEN * self.common.square.sqrt() && lacks < self.common.value
     }
 
-    /// The squared derivative at most.
+    /// Upper bound on the squared derivative.
     pub(super) fn most(&self) -> f64 {
         self.common.value.max(0.0) + SIGNIFICANT * self.common.square.sqrt()
     }
 }
 
-/// Sums of what pixels have over squares of the film with this side.
+/// Sums of a per-pixel quantity over squares of the film with this side.
 pub(super) fn by_square(side: usize, (width, height): (usize, usize), of: impl Fn(usize) -> f64) -> Vec<f64> {
     let columns = width.div_ceil(side);
     let mut sums = vec![0.0; columns * height.div_ceil(side)];

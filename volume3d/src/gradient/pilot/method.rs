@@ -1,4 +1,4 @@
-//! A method that a pilot chooses.
+//! The method chosen by a pilot.
 
 use std::fmt;
 
@@ -9,7 +9,7 @@ use crate::gradient::{
 };
 use crate::scene::Scene;
 
-/// An unbiased method with its samples.
+/// An unbiased method with its sample counts.
 #[derive(Clone, Debug)]
 pub enum Method {
     /// Warped-area sampling.
@@ -19,7 +19,7 @@ pub enum Method {
 }
 
 impl Method {
-    /// The same with another seed.
+    /// The method with another seed.
     #[must_use]
     pub fn with_seed(&self, seed: u64) -> Self {
         match self.clone() {
@@ -28,10 +28,10 @@ impl Method {
         }
     }
 
-    /// The derivative of every pixel along a change.
+    /// Derivative of every pixel along a tangent.
     ///
     /// # Errors
-    /// Those of [`WarpedArea::forward`].
+    /// As for [`WarpedArea::forward`].
     pub fn forward(
         &self,
         scene: &Scene,
@@ -44,10 +44,10 @@ impl Method {
         }
     }
 
-    /// The same, with interior, primary and secondary term apart.
+    /// Like [`forward`](Self::forward), with interior, primary and secondary terms separate.
     ///
     /// # Errors
-    /// Those of [`WarpedArea::forward`].
+    /// As for [`WarpedArea::forward`].
     pub fn forward_terms(
         &self,
         scene: &Scene,
@@ -60,10 +60,10 @@ impl Method {
         }
     }
 
-    /// The derivative of Σ adjoint · image by every active parameter.
+    /// Derivative of Σ adjoint · image by every active parameter.
     ///
     /// # Errors
-    /// Those of [`WarpedArea::reverse`].
+    /// As for [`WarpedArea::reverse`].
     pub fn reverse(
         &self,
         scene: &Scene,
@@ -78,7 +78,7 @@ impl Method {
     }
 }
 
-/// In words, with samples a pixel.
+/// Name of the method with samples per pixel.
 impl fmt::Display for Method {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -1,43 +1,47 @@
-//! Which unbiased method, and how its samples are split: what a pilot of few samples says.
+//! Pilot: choice of the unbiased method and of its sample split, from a run of few samples.
 //!
-//! A gradient is a sum of independent parts, an integral over the area and others over curves. Part i of nᵢ samples has the
-//! variance σᵢ²/nᵢ and takes the time cᵢ nᵢ. Of all splits that take a time T the least variance has nᵢ ∝ σᵢ/√cᵢ
-//! (Neyman 1934), and it is (Σ σᵢ √cᵢ)²/T. So two methods are compared by Σ σᵢ √cᵢ alone, each at its best split:
+//! A gradient is a sum of independent parts, one integral over the area and others over curves. Part i with
+//! nᵢ samples has the variance σᵢ²/nᵢ and the cost cᵢ nᵢ. At fixed total cost T the variance is least for
+//! nᵢ ∝ σᵢ/√cᵢ (Neyman 1934), where it equals (Σ σᵢ √cᵢ)²/T. Methods, each at its best split, are therefore
+//! compared by Σ σᵢ √cᵢ:
 //!
-//! - warped-area sampling with a [softened field](super::Field::Softened): area, silhouettes on the film, edges of shadows;
-//! - [edge sampling](EdgeSampling): paths, edges on the film, edges that shading points see before lights
-//!   and before all else;
-//! - warped-area sampling with the exact [mean over jumps](super::Field::JumpMean), whose samples are all
-//!   of the area, where the pilot has more than the fewest samples.
+//! - warped-area sampling with a [softened field](super::Field::Softened): area, silhouettes on the film,
+//!   edges of shadows;
+//! - [edge sampling](EdgeSampling): paths, edges on the film, edges seen from shading points before lights
+//!   and before everything else;
+//! - warped-area sampling with the exact [mean over discontinuities](super::Field::JumpMean), with area
+//!   samples only, if the pilot has more than the minimum number of samples.
 //!
-//! The softened field, whose tails are the lightest, is taken unless another one is expected to err less by
-//! more than the pilot may be wrong:
+//! The softened field, which has the lightest tails, is chosen unless another method's expected error is
+//! lower by more than the pilot's uncertainty:
 //!
-//! - Edge sampling has to promise a quarter less if a pilot has the fewest samples, and with more of them
-//!   less than that. Of a kind of curve of which its trial saw nothing 16 times as many samples are drawn.
-//!   If these see nothing either, three in as many may (the rule of three), each like those of the noisiest
-//!   kind; edge sampling is then chosen if it promises to err four times less, and its trial is not refuted
-//!   by the other's.
-//! - The exact mean has heavy tails where silhouettes meet in penumbrae. It has to promise less by two
-//!   standard errors of its variance, known by the spread of that over the film, and its trial has to
-//!   confirm that of the softened field.
+//! - Edge sampling must promise an error lower by a quarter if the pilot has the minimum number of samples,
+//!   and by less with more samples. If its trial saw nothing of a kind of curve, 16 times as many samples of
+//!   that kind are drawn. If these see nothing either, three in as many may contribute (the rule of three),
+//!   each like those of the noisiest kind; edge sampling is then chosen only if it promises a four times
+//!   lower error and its trial is not refuted by the other's.
+//! - The exact mean has heavy tails where silhouettes meet in penumbrae. It must be better by two standard
+//!   errors of its variance, estimated from the variance's spread over the film, and its trial must confirm
+//!   that of the softened field.
 //!
-//! Where the trial of the softened field saw no shadow, its field towards lights is exact: sampled curves
-//! miss shadows of which the film shows a small part.
+//! If the trial of the softened field saw no shadow, its field towards lights is exact: sampled curves miss
+//! shadows that are a small part of what the film shows.
 //!
-//! Edge sampling is no candidate beside implicit surfaces, whose silhouettes it does not know; where a
-//! material is not diffuse, as few samples find what narrow lobes see; and where more shapes emit than
-//! contacts are followed of. Nothing is chosen, and the exact mean is taken, where no mesh moves beside
-//! implicit surfaces, and where a list of all edges, which it does not need, would take more than a quarter
-//! of the time.
+//! Edge sampling is not a candidate with implicit surfaces, whose silhouettes it does not support; with
+//! materials that are not diffuse, as few samples find what narrow lobes see; or with more emitting shapes
+//! than contacts are detected for. The exact mean is used without a trial if implicit surfaces are present
+//! and no mesh moves, or if listing all edges, which it does not need, would take more than a quarter of the
+//! time.
 //!
-//! Samples of the area of warped-area sampling are spread over the film by the same rule, more of them in squares of pixels where the pilot's
-//! scatter more, if there are 16 or more, of one view, only geometry changes, and light is reflected only once: an [`Allocation`](super::Allocation).
+//! Area samples of warped-area sampling are allocated over the film by the same rule, if there are at least
+//! 16 of them in a single view, only geometry changes, and light is reflected only once: see
+//! [`Allocation`](super::Allocation).
 //!
-//! The σᵢ are the pilot's, whose samples have a seed of their own and are not used again: what is chosen does not depend on what
-//! is then estimated, and is unbiased. The cᵢ are counts of rays and of means over jumps, which tell processor time within a quarter: the clock
-//! would choose anew in every run, and the same seed has the same bits here, on any machine. A cost that is wrong by a factor of 2
-//! makes a part's samples wrong by √2, and the variance larger by 3 % at most.
+//! The σᵢ come from the pilot, whose samples have a seed of their own and are not reused: the choice does not
+//! depend on the final estimate, which stays unbiased. The cᵢ are counts of rays and of means over
+//! discontinuities, which predict processor time to about 25 %. They make results reproducible, which timings
+//! would not. A cost wrong by a factor of 2 makes a sample count wrong by √2, and increases the variance by
+//! at most 3 %.
 
 mod agreement;
 mod method;
@@ -73,26 +77,27 @@ use crate::scene::{Bsdf, Scene, Triangle};
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Pilot {
-    /// Samples a pixel of [`WarpedArea::default`] that take about as long as what is chosen. The pilot
-    /// takes the time of about 8 to 32 more, or of an eighth of them if that is more.
+    /// Budget: samples per pixel of [`WarpedArea::default`] that take about as long as the chosen method. The
+    /// pilot itself takes the time of about 8 to 32 more, or of an eighth of the budget if that is more.
     pub samples: usize,
-    /// The seed of what is chosen; the pilot's own follows from it.
+    /// Seed of the chosen method, from which the pilot's own is derived.
     pub seed: u64,
 }
 
-/// What a pilot chose, and why.
+/// A pilot's choice, and the reasons.
 #[derive(Clone, Debug)]
 pub struct Choice {
-    /// The best of the candidates: the softened field, unless another one is expected to err less, by as
-    /// much as the pilot may be wrong.
+    /// The chosen method: the softened field, unless another one's expected error is lower by more than the
+    /// pilot's uncertainty.
     pub method: Method,
-    /// All of them, the chosen first; none if there was nothing to be chosen, and no edge sampling where a surface is not diffuse.
+    /// All candidates, the chosen one first. Empty if there was no choice; without edge sampling if a surface
+    /// is not diffuse.
     pub candidates: Vec<Candidate>,
-    /// Whether listing all edges would have taken more than a quarter of the time of what is chosen: then
-    /// nothing was tried, and the exact mean is taken, which needs no lists.
+    /// Whether listing all edges would have taken more than a quarter of the time of the method: then there
+    /// were no trials, and the exact mean is used, which needs no list.
     pub in_haste: bool,
-    /// Whether what is chosen is expected to err by as much as all that any trial found: then the choice is
-    /// a guess, and so is what it leads to.
+    /// Whether the expected error of the method is as large as everything that any trial found: the choice is
+    /// then a guess, and so is the result.
     pub is_lost: bool,
 }
 
@@ -101,48 +106,48 @@ pub struct Choice {
 pub struct Candidate {
     /// The method.
     pub method: Method,
-    /// The squared error that the pilot expects of it: the sum over pixels and channels, each as often as the adjoint's square says.
+    /// Expected squared error: the sum over pixels and channels, weighted by the squared adjoint.
     pub expected_squared_error: f64,
-    /// What part of it is the area's, that of curves on the film, that of curves before lights that shading points see, and that of
-    /// curves before all else.
+    /// Its shares: area, curves on the film, curves before lights seen from shading points, and curves before
+    /// everything else.
     pub shares: [f64; 4],
-    /// Why it was not chosen where it is expected to err less than one that was preferred to it.
+    /// Why it was not chosen, if its expected error is lower than that of a preferred method.
     pub reason: Option<Reason>,
 }
 
-/// The purpose of random numbers.
+/// Purpose of the random numbers.
 const PILOT: u64 = 0x70_696c_6f74;
-/// The pilot's part of all samples, and how many it has at least: a variance takes two, and that of curves is told by groups.
-///
-/// At 40 samples on figure 12's scenes twice as many of the least led to choices as good, and took another 7 to 15 % of the time.
+/// The pilot's fraction of all samples, and its least numbers: a variance takes two samples, and that of
+/// curves is estimated from groups. Twice the least numbers gave no better choices.
 const PART: usize = 64;
 const PART_OF_AREA: usize = 32;
 const FEWEST: usize = 2;
 const FEWEST_CURVES: usize = 1;
-/// What it takes to list an edge, to weigh it if its shape does not emit, and to put it into the hierarchy
-/// of the exact mean with its triangles and their crossings, in rays: on a bumpy sphere of 122,888 edges.
-/// And what a sample of the exact mean takes, as long as that is unknown.
+/// Costs in rays: to list an edge; to weigh it if its shape does not emit; to put it into the hierarchy of
+/// the exact mean, with its triangles and their crossings; and the assumed cost of a sample of the exact mean
+/// while that is unknown.
 const LISTED: f64 = 2.0;
 const WEIGHED: f64 = 9.0;
 const MADE: f64 = 24.0;
 const SAMPLE: f64 = 16.0;
-/// Edges for each triangle.
+/// Number of edges per triangle.
 const EDGES: f64 = 1.5;
-/// The part of the time of what is asked for that listing edges takes at most.
+/// Largest fraction of the time of the method that listing edges may take.
 const QUARTER: f64 = 0.25;
 
-/// Whether all surfaces reflect widely. Edges are drawn without regard to lobes: few of those that a narrow one reflects are found, and a pilot of few
-/// samples may see none. (A sphere before a conductor of roughness 0.025 had 400 times the squared error that the pilot expected of edge
-/// sampling, and 35 times that of warped-area sampling.)
+/// Whether all surfaces have wide lobes. Edges are sampled independently of lobes: few of those that a narrow
+/// lobe reflects are found, and the pilot may see none. (A sphere in front of a conductor of roughness 0.025
+/// had 400 times the squared error that the pilot expected of edge sampling, and 35 times that of warped-area
+/// sampling.)
 fn reflects_widely(scene: &Scene) -> bool {
     scene.description.materials.iter().all(|material| matches!(material.bsdf, Bsdf::Diffuse { .. }))
 }
 
 impl Pilot {
-    /// The better method for the derivative along a change.
+    /// The better method for the derivative along a tangent.
     ///
     /// # Errors
-    /// Those of [`WarpedArea::forward`].
+    /// As for [`WarpedArea::forward`].
     pub fn for_change(
         &self,
         scene: &Scene,
@@ -152,10 +157,10 @@ impl Pilot {
         Ok(self.choice(&self.survey_along(scene, change, progress)?))
     }
 
-    /// What it sees of a derivative along a change, for [`choice`](Self::choice).
+    /// Survey of the derivative along a tangent, for [`choice`](Self::choice).
     ///
     /// # Errors
-    /// Those of [`WarpedArea::forward`].
+    /// As for [`WarpedArea::forward`].
     pub fn survey_along(
         &self,
         scene: &Scene,
@@ -165,11 +170,12 @@ impl Pilot {
         self.look(scene, change, None, change.is_more_than_geometric(), progress)
     }
 
-    /// The better method for the transpose. As a stand-in for all parameters the pilot moves every active shape and the
-    /// camera along a direction of its own, and counts the noise of pixels by the square of the adjoint, if there is one.
+    /// The better method for reverse mode. In place of all parameters the pilot moves every active shape and
+    /// the camera in random directions, and weights the noise of pixels by the square of the adjoint, if
+    /// there is one.
     ///
     /// # Errors
-    /// Those of [`WarpedArea::reverse`].
+    /// As for [`WarpedArea::reverse`].
     pub fn for_active(
         &self,
         scene: &Scene,
@@ -180,10 +186,10 @@ impl Pilot {
         Ok(self.choice(&self.survey(scene, adjoint, active, progress)?))
     }
 
-    /// What it sees of one view of several, for [`choice`](Self::choice).
+    /// Survey of one view of several, for [`choice`](Self::choice).
     ///
     /// # Errors
-    /// Those of [`WarpedArea::reverse`].
+    /// As for [`WarpedArea::reverse`].
     pub fn survey(
         &self,
         scene: &Scene,
@@ -260,7 +266,7 @@ impl Pilot {
                 None => seen,
             });
         }
-        // The fewest do not tell whether its tails are heavy.
+        // The minimum number of samples does not show whether its tails are heavy.
         if few > FEWEST {
             let method = area(Field::default(), seed_of_exact);
             let exact = trial(&method)?;
@@ -270,7 +276,7 @@ impl Pilot {
         Ok(survey)
     }
 
-    /// Whether there is no time to list edges.
+    /// Whether listing edges would take too long.
     fn is_in_haste(&self, scene: &Scene) -> bool {
         let (width, height) = scene.size();
         let edges = |count: usize| EDGES * count as f64;
@@ -280,17 +286,18 @@ impl Pilot {
         LISTED * edges(all) + WEIGHED * edges(all - emitting) > QUARTER * asked
     }
 
-    /// How many samples of the area and of curves it takes itself.
+    /// The pilot's own numbers of area samples and of curve samples.
     fn few(&self) -> (usize, usize) {
         ((self.samples / PART_OF_AREA).max(FEWEST), (self.samples / PART).max(FEWEST_CURVES))
     }
 
-    /// Of its samples: the same for all numbers of samples of which it sees as much.
+    /// Seed of the pilot's samples: equal for all budgets with equally large pilots.
     fn own_seed(&self) -> u64 {
         stream(self.seed, &[PILOT, self.few().0 as u64]).next_u64()
     }
 
-    /// A motion of all that is active: shapes and camera move and turn, each in a direction of its own, at a speed of its size or distance.
+    /// A motion of everything active: shapes and camera translate and rotate in random directions, at speeds
+    /// proportional to their size or distance.
     fn stand_in(&self, scene: &Scene, active: &ActiveParameters) -> Tangent {
         let mut rng = stream(self.seed, &[PILOT]);
         let mut direction = move || {

@@ -1,28 +1,28 @@
-//! Why a candidate was not chosen.
+//! Reasons for rejecting a candidate.
 
 use std::fmt;
 
-/// Why a candidate was not chosen that is expected to err less than the one that was preferred to it.
+/// Reason why a candidate with a lower expected error than a preferred one was rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reason {
     /// The difference is below the pilot's resolution.
     Close,
     /// Its trial saw nothing of a kind of curve, and it does not promise a quarter of the error.
     Unseen,
-    /// Its trial and that of the softened field found different derivatives, or noise alone.
+    /// Its trial and that of the softened field found different derivatives, or only noise.
     Disagrees,
 }
 
-/// In words, as a clause about the candidate.
+/// A clause about the candidate.
 impl fmt::Display for Reason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Close => "which is within what a pilot of so few samples can tell",
+            Self::Close => "a difference below the resolution of a pilot of so few samples",
             Self::Unseen => {
-                "which is not chosen as its trial saw no light jump at one kind of curve, and it should not err four times less"
+                "rejected because its trial saw nothing of one kind of curve, and it does not promise a quarter of the error"
             }
             Self::Disagrees => {
-                "which is not chosen as its trial did not confirm what that of the softened field found"
+                "rejected because its trial did not confirm the result of the softened field"
             }
         })
     }

@@ -1,24 +1,26 @@
-//! Neyman's split of samples.
+//! Neyman's optimal allocation of samples to parts.
 
-/// The area, curves on the film, curves before lights that shading points see, and those before all else.
+/// Number of parts: area, curves on the film, curves before lights seen from shading points, and curves
+/// before everything else.
 pub(super) const PARTS: usize = 4;
 
-/// Samples of all parts, and what they lead to.
+/// Samples of all parts, and the resulting variance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Split {
     pub(super) samples: [usize; PARTS],
     pub(super) variance: f64,
-    /// Of the variance.
+    /// Shares of the variance.
     pub(super) shares: [f64; PARTS],
 }
 
-/// A part without noise in the pilot may have some: it counts as if it had this part of the noisiest's
-/// deviation at least, and if none has any, as if all had as much.
+/// Least standard deviation assumed for a part, relative to the noisiest part, if the pilot saw no noise in
+/// it; if none has any, all are assumed equal.
 const UNSEEN: f64 = 0.05;
 
-/// The least variance that parts with these variances, of one sample each, have in a time. Of each part
-/// there is one sample at least, and of the first as many as are given. A part that costs nothing does not
-/// exist. So many of a part's samples may find something if none did; they then count as the noisiest's do.
+/// The split with the least variance in a given time, for parts with these variances of one sample each. Each
+/// part has at least one sample, the first at least a given number; a part of zero cost does not exist.
+/// `unseen` is the fraction of a part's samples that may contribute if none did in the pilot; they then count
+/// like those of the noisiest part.
 pub(super) fn split(
     variances: [f64; PARTS],
     costs: [f64; PARTS],
@@ -39,7 +41,7 @@ pub(super) fn split(
         let best = if costs[i] > 0.0 { time * deviations[i] / (costs[i].sqrt() * sum) } else { 0.0 };
         (best.round() as usize).max(least(i))
     });
-    // What was not seen counts as it does in the split.
+    // Unseen parts count as they do in the split.
     let counted =
         |i: usize| if costs[i] > 0.0 && largest > 0.0 { deviations[i].powi(2) } else { variances[i] };
     let by_part: [f64; PARTS] = std::array::from_fn(|i| counted(i) / samples[i] as f64);
@@ -51,7 +53,7 @@ pub(super) fn split(
 mod tests {
     use super::*;
 
-    /// Against all splits of a small budget, and by the closed form (Σ σ √c)²/T.
+    /// Comparison with all splits of a small budget, and with the closed form (Σ σ √c)²/T.
     #[test]
     fn no_other_split_is_better() {
         let (variances, costs, time) = ([4.0, 9.0, 1.0, 0.0], [1.0, 4.0, 2.0, 0.0], 400.0);
@@ -71,13 +73,13 @@ mod tests {
         assert!((found.shares.iter().sum::<f64>() - 1.0).abs() < 1e-12);
     }
 
-    /// What the pilot saw no noise of, what does not exist, and a budget that is too small for anything.
+    /// Parts without noise in the pilot, nonexistent parts, and a budget too small for anything.
     #[test]
     fn every_part_has_samples() {
         let (few, many) = ([0.0; 4], [0.25; 4]);
         let unseen = split([1.0, 0.0, 0.0, 0.0], [1.0, 1.0, 0.0, 0.0], few, 100.0, 2);
         assert!(unseen.samples[1] > 2 && unseen.samples[2] == 1, "{unseen:?}");
-        // The fewer looked for it, the more of it there may be.
+        // The smaller the pilot, the larger an unseen part may be.
         let more = split([1.0, 0.0, 0.0, 0.0], [1.0, 1.0, 0.0, 0.0], many, 100.0, 2);
         assert!(more.samples[1] == 33 && more.variance > 2.0 * unseen.variance, "{more:?} {unseen:?}");
         assert_eq!(split([1.0; 4], [3.0; 4], few, 1.0, 5).samples, [5, 1, 1, 1]);

@@ -1,4 +1,4 @@
-//! What a pilot sees of one view, or of several.
+//! Survey: a pilot's statistics of one view, or of several.
 
 use std::sync::Arc;
 
@@ -12,92 +12,95 @@ use crate::gradient::groups::GROUPS;
 use crate::gradient::result::Kind;
 use crate::gradient::{EdgeSampling, Field, WarpedArea};
 
-/// What a sample of a curve takes beyond the rays and means over jumps that are counted, in rays.
+/// Cost of a curve sample beyond its counted rays and means over discontinuities, in rays.
 const CURVE: f64 = 1.0;
-/// What a sample of [`WarpedArea::default`] takes, relative to one of a softened field, less the pilot: measured there, 1.4 to 2.0.
+/// Cost of a sample of [`WarpedArea::default`] relative to one of a softened field, without the pilot;
+/// measured range 1.4 to 2.0.
 const EXACT_COST: f64 = 1.5;
-/// The variance of one sample falls by this power of their number, as more are stratified, of each part: of softened fields measured, on figure
-/// 12's scenes, by 0.03 to 0.30 of the area from 2 to 48 of them, and from 1 to 64 by 0.23 to 0.34 of silhouettes and 0.03 to 0.18 of shadows;
+/// Exponents by which the variance of one sample falls with the number of samples, due to stratification, for
+/// each part. Softened fields: measured 0.03 to 0.30 for the area, 0.23 to 0.34 for silhouettes and 0.03 to
+/// 0.18 for shadows;
 const OF_SOFTENED: [f64; PARTS] = [0.15, 0.30, 0.10, 0.0];
-/// of paths that are reflected more than once the area's hardly does: in a closed box from 2 to 64 of them by 0.04;
+/// softened fields with several reflections, where the area's variance hardly falls (0.04 in a closed box);
 const OF_DEEP_SOFTENED: [f64; PARTS] = [0.05, 0.30, 0.10, 0.0];
-/// and of edge sampling by 0 to 0.5, 0 to 0.28 and 0.02 to 0.06.
+/// and edge sampling: 0 to 0.5, 0 to 0.28 and 0.02 to 0.06.
 const OF_EDGES: [f64; PARTS] = [0.10, 0.15, 0.04, 0.0];
-/// No more is promised than what was measured.
+/// Bound on the predicted reduction: the measured range.
 const MEASURED: f64 = 1.0 / 64.0;
-/// Edge sampling is chosen if a pilot of the fewest samples expects an error that is less by this part of the other's; by less if there are more, as
-/// what they do not know falls with their root. The fewest tell the ratio of both errors within 10 to 30 %, and nothing of what is rare; where it is
-/// about 1 softened fields were measured to be at most 1.3 times worse, and edge sampling up to 10 times. Not where light is reflected more than once:
-/// what is rare there is what exact lobes see at bounces. (In a closed box, where the field was expected to err 1.16 to 1.25 times as much as edge
-/// sampling, it erred twice as much.)
+/// Relative error reduction that edge sampling must promise with a pilot of the minimum size; with larger
+/// pilots less, in inverse proportion to the root of the size. A pilot of minimum size estimates the ratio of
+/// errors to 10 to 30 % and sees nothing of rare events: where it was about 1, softened fields were at most
+/// 1.3 times worse, and edge sampling up to 10 times. Zero if light is reflected more than once: the rare
+/// events are then those of the exact mean within lobes. (In a closed box the field's error was twice that of
+/// edge sampling, where 1.16 to 1.25 times was expected.)
 const DOUBT: f64 = 0.25;
-/// Edge sampling of which a kind of curve was never seen, not even by AGAIN times as many samples, is
-/// chosen if it promises to err this many times less: what is rare may be large, and of n samples none of
-/// which found anything it is known only that three in n may have (the rule of three).
+/// Error reduction factor that edge sampling must promise if a kind of curve was never seen, not even by
+/// [`AGAIN`] times as many samples: rare contributions may be large, and if none of n samples contributes, at
+/// most three in n do (the rule of three).
 const UNSEEN_DOUBT: f64 = 4.0;
-/// The exact mean is chosen if so many standard errors more than it promises are still less: where two
-/// silhouettes meet in a penumbra its tails are heavy, and few samples say too little of them. (The squares
-/// of which its variance is a sum are those of the film, and of few squares it is known badly.)
+/// Standard errors by which the exact mean must be better: where two silhouettes meet in a penumbra its tails
+/// are heavy, and few samples show too little of them. (Its variance is a sum over squares of the film, and
+/// known badly if there are few.)
 const ERRORS: f64 = 2.0;
-/// The side of squares of pixels whose spread says how well the variance of the area is known.
+/// Side of the squares of pixels from whose spread the uncertainty of the area's variance is estimated.
 const UNCERTAIN: usize = 2;
-/// Samples of a kind of curve of which the first found nothing, for each of those.
+/// Multiple of the samples of a kind of curve that is drawn if the first samples found nothing.
 const AGAIN: usize = 16;
-/// Rule of three: if n samples found nothing, the probability of finding something is at most 3/n, at 95 %.
+/// Rule of three: if n samples found nothing, the probability of a contribution is at most 3/n, at 95 %
+/// confidence.
 const RULE_OF_THREE: f64 = 3.0;
-/// Samples of the area are spread unevenly if there are so many: twice as many as the least.
+/// Number of area samples from which they are allocated unevenly: twice the least.
 const SPREAD: usize = 2 * GROUPS;
-/// Enough to tell what spreading them is worth.
+/// Samples for evaluating the gain of an allocation: effectively unlimited.
 const MANY: usize = 1 << 16;
-/// The part of all samples that is the area's at least, and that where materials or lights change as well, of which curves know
-/// nothing; and at least one of each group that tells a standard error, if there are as many. The image that comes with a gradient
-/// has no other.
+/// Minimum fraction of the budget for the area: 1/8, and 1/2 if parameters other than geometry change, which
+/// curves do not cover; and, if possible, one sample for each group from which standard errors are estimated.
+/// The image returned with a gradient has no other samples.
 const OF_AREA: usize = 8;
 const OF_AREA_IF_SMOOTH: usize = 2;
 
-/// What a pilot has seen of one view, or of several: [`Pilot::choice`] makes a choice of it.
+/// Pilot statistics of one view, or of several, on which [`Pilot::choice`] is based.
 #[derive(Clone, Debug)]
 pub struct Survey {
-    /// Whether materials or lights change as well.
+    /// Whether materials or lights change.
     pub(super) smooth: bool,
     pub(super) softened: Option<Seen>,
     pub(super) edges: Option<Seen>,
     pub(super) exact: Option<Seen>,
     /// Agreement of edge sampling, and of the exact mean, with the softened field.
     pub(super) agreements: [Agreement; 2],
-    /// The derivative that the softened field found.
+    /// Derivative found by the softened field.
     pub(super) found: Agreement,
-    /// Whether there was no time to list edges.
+    /// Whether listing edges would take too long.
     pub(super) in_haste: bool,
     pub(super) views: usize,
-    /// Of the pilot's samples.
+    /// Seed of the pilot's samples.
     pub(super) seed: u64,
 }
 
-/// Of one method.
+/// Statistics of one method.
 #[derive(Clone, Debug)]
 pub(super) struct Seen {
     method: Method,
-    /// How many samples of the area and of curves there were.
+    /// Numbers of area samples and of curve samples.
     few: (usize, usize),
-    /// Of one sample of each part, and its costs.
+    /// Variance of one sample of each part, and its cost.
     variances: [f64; PARTS],
     costs: [f64; PARTS],
-    /// How many samples of each part there were, of all pixels, and what those cost that were taken again,
-    /// a pixel.
+    /// Number of samples of each part over all pixels, and cost per pixel of those that were repeated.
     counts: [f64; PARTS],
     again: f64,
-    /// The standard error of the area's variance, as a part of it, by its spread over the film.
+    /// Relative standard error of the area's variance, from its spread over the film.
     uncertainty: f64,
-    /// By which powers of their numbers variances fall.
+    /// Exponents by which variances fall with sample counts.
     powers: [f64; PARTS],
     /// Whether light is reflected more than once.
     deep: bool,
-    /// Of one view, if samples may be spread over its film.
+    /// Film statistics of a single view, if samples may be allocated over its film.
     film: Option<OnFilm>,
 }
 
-/// Where on the film samples of the area scatter, and what spreading them by it is worth.
+/// Distribution of the area's variance over the film, from which the gain of an allocation is estimated.
 #[derive(Clone, Debug)]
 struct OnFilm {
     plane: FilmPlane,
@@ -108,13 +111,13 @@ struct OnFilm {
 }
 
 impl Seen {
-    /// From a trial with so many samples of the area and of curves.
+    /// From a trial with the given numbers of area samples and curve samples.
     pub(super) fn of(trial: &Trial<'_>, method: Method, (few, curves): (usize, usize)) -> Self {
         let (scene, noise) = (trial.scene, &trial.image.noise);
         let on_film = weighted(&noise.area, trial.weights);
         let area = few as f64 * on_film.iter().sum::<f64>();
         let uncertainty = relative_error(&by_square(UNCERTAIN, scene.size(), |pixel| on_film[pixel]));
-        // There is a ray at least; cells without a sample have none.
+        // At least one ray; cells without a sample have none.
         let by_cell: Vec<f64> = noise.work.iter().map(|work| (work / few as f64).max(1.0)).collect();
         let curves_cost = |kind: &Kind| CURVE * kind.count as f64 + kind.work;
         let costs = [
@@ -132,7 +135,8 @@ impl Seen {
         };
         let pixels = on_film.len() as f64;
         let counts = [few, curves, curves, curves].map(|count| count as f64 * pixels);
-        // What deep paths scatter is everywhere: in a closed box samples that were spread gained nothing, of the third they promised.
+        // Noise of deep paths is everywhere: in a closed box an allocation gained nothing, where a third was
+        // predicted.
         let film_of_area = (matches!(method, Method::WarpedArea(_)) && !deep).then(|| OnFilm {
             plane: FilmPlane::new(scene),
             variances: on_film,
@@ -153,8 +157,7 @@ impl Seen {
         }
     }
 
-    /// Edge sampling of kinds of curves of which nothing was seen, with more samples of them; nothing if
-    /// all were seen.
+    /// Edge sampling with more samples of the kinds of curves that were not seen; `None` if all were seen.
     pub(super) fn again(&self, seed: u64) -> Option<EdgeSampling> {
         let Method::EdgeSampling(method) = &self.method else { return None };
         let [_, primary, secondary, bounces] =
@@ -163,7 +166,7 @@ impl Seen {
         (!self.is_whole()).then_some(again)
     }
 
-    /// With what was seen of the kinds that were looked at again.
+    /// Adds the statistics of the repeated kinds.
     pub(super) fn with_again(mut self, trial: &Trial<'_>) -> Self {
         let (again, found) = (AGAIN * self.few.1, trial.curves());
         let ones: f64 = (0..PARTS).filter(|&part| self.is_seen(part)).map(|part| self.costs[part]).sum();
@@ -176,7 +179,7 @@ impl Seen {
         self
     }
 
-    /// With what was seen of other views, which makes the same split for all of them.
+    /// The sum with other views, which get the same split.
     fn and(self, other: &Self) -> Self {
         let both = |a: [f64; PARTS], b: [f64; PARTS]| std::array::from_fn(|i| a[i] + b[i]);
         let (variances, costs) = (both(self.variances, other.variances), both(self.costs, other.costs));
@@ -186,30 +189,31 @@ impl Seen {
         Self { variances, costs, counts, again, uncertainty, film: None, ..self }
     }
 
-    /// The cost of what was seen.
+    /// Cost of the survey.
     fn spent(&self) -> f64 {
         let (area, curves) = self.few;
         area as f64 * self.costs[0] + curves as f64 * self.costs[1..].iter().sum::<f64>() + self.again
     }
 
-    /// Whether a part does not exist, or some of it was seen.
+    /// Whether a part does not exist or was seen.
     fn is_seen(&self, part: usize) -> bool {
         self.costs[part] == 0.0 || self.variances[part] > 0.0
     }
 
-    /// Whether some of every kind of curve was seen.
+    /// Whether every kind of curve was seen.
     fn is_whole(&self) -> bool {
         (1..PARTS).all(|part| self.is_seen(part))
     }
 
-    /// The best split of a time, in rays a pixel, for views that have been added; it is that of so many samples of the default.
+    /// The best split of a time, in rays per pixel, for the sum of `views` views; the time is that of
+    /// `samples` samples of the default.
     fn candidate(&self, time: f64, samples: usize, seed: u64, views: f64, smooth: bool) -> Candidate {
         let part = if smooth { OF_AREA_IF_SMOOTH } else { OF_AREA };
         let of_area = (samples / part).max(samples.min(GROUPS)).max(2);
         let costs = self.costs.map(|cost| cost / views);
         let unseen = self.counts.map(|count| (RULE_OF_THREE / count).min(1.0));
         let split = |variances: [f64; PARTS]| {
-            // With as many samples as are best if they were not stratified.
+            // Sample counts that would be optimal without stratification.
             let many = split(variances, costs, unseen, time, of_area).samples;
             let few = |part: usize| if part == 0 { self.few.0 } else { self.few.1 };
             let stratified =
@@ -233,8 +237,7 @@ impl Seen {
     /// The method with the samples of a split.
     fn with(&self, split: &Split, allocation: Option<Arc<Allocation>>, seed: u64) -> Candidate {
         let [samples, film, shading, bounces] = split.samples;
-        // Where the film shows a small part of all shadows, curves that are drawn miss it, and the exact
-        // field does not.
+        // If visible shadows are rare, sampled curves miss them, and the exact field does not.
         let shadows = if self.variances[2] > 0.0 { shading } else { 0 };
         let method = match &self.method {
             Method::WarpedArea(method) => Method::WarpedArea(WarpedArea {
@@ -263,14 +266,14 @@ impl Seen {
 }
 
 impl OnFilm {
-    /// Samples spread over squares by the variances of pixels.
+    /// Allocation of samples to squares by the variances of pixels.
     fn spread(&self, samples: usize, variances: &[f64]) -> Allocation {
         Allocation::new(&self.plane, SIDE, samples, variances, &self.costs)
     }
 
-    /// The factor by which the variance falls if samples are spread over squares, and take as long in all. Squares that are chosen by what a
-    /// few samples scatter promise too much, up to twice, if the same samples tell what they gain: so rows of pixels tell it in turn, each
-    /// two of what the others chose.
+    /// Factor by which the variance falls with an allocation of equal total cost. An allocation evaluated on
+    /// the samples it was chosen by promises up to twice too much. The pixels are therefore divided into two
+    /// halves, alternating pairs of rows, and each is evaluated with the allocation chosen by the other.
     fn gain(&self) -> f64 {
         let even: f64 = self.variances.iter().sum();
         let half = |which: usize| -> Vec<f64> {
@@ -285,7 +288,7 @@ impl OnFilm {
 }
 
 impl Survey {
-    /// Of nothing that could be chosen.
+    /// The empty survey, without a choice.
     pub(super) fn nothing() -> Self {
         Self {
             smooth: false,
@@ -300,14 +303,14 @@ impl Survey {
         }
     }
 
-    /// Whether a pilot would see just this again.
+    /// Whether a pilot would produce the same survey again.
     #[must_use]
     pub fn is_that_of(&self, pilot: &Pilot) -> bool {
         self.softened.is_some() && self.seed == pilot.own_seed()
     }
 
-    /// How long a pilot and what it chooses should take, relative to this survey, by the counts that the pilot splits samples by; without its
-    /// survey if that is this one. `None` if nothing was seen.
+    /// Expected time of a pilot and its choice relative to this survey, in the units by which the pilot
+    /// splits samples; without the pilot's survey if that is this one. `None` if nothing was seen.
     #[must_use]
     pub fn relative_time(&self, pilot: &Pilot) -> Option<f64> {
         let softened = self.softened.as_ref()?;
@@ -318,7 +321,8 @@ impl Survey {
         Some(again + each * pilot.samples as f64 / spent)
     }
 
-    /// Of several views, by pilots of as many samples: one choice for all of them, by the sum of their errors.
+    /// Survey of several views by pilots of equal size: one choice for all of them, by the sum of their
+    /// errors.
     ///
     /// ```no_run
     /// # use volume3d::{gradient::{ActiveParameters, Pilot, Progress, Survey}, scene::Scene};
@@ -350,7 +354,7 @@ impl Survey {
 }
 
 impl Pilot {
-    /// The better method by a survey that a pilot of as many samples has made.
+    /// The better method, from a survey by a pilot of equal size.
     #[must_use]
     pub fn choice(&self, survey: &Survey) -> Choice {
         let Self { samples, seed } = *self;
@@ -375,7 +379,7 @@ impl Pilot {
             best = if is_better { candidates.len() - 1 } else { best };
         };
         if let Some(edges) = &survey.edges {
-            // In a large world, of which the film shows a small part, few edges are found by chance.
+            // In a large scene of which the film shows a small part, few edges are found by chance.
             let doubt = if edges.deep { 0.0 } else { DOUBT * (FEWEST as f64 / edges.few.0 as f64).sqrt() };
             match edges.is_whole() {
                 true => add(candidate(edges), 1.0 - doubt, Reason::Close),
@@ -398,8 +402,8 @@ impl Pilot {
     }
 }
 
-/// With the default's reach and softness, and exact within lobes: where a film shows a small part of a large world few silhouettes that bounces
-/// see are found by chance, and a pilot may see none of them.
+/// Softened field with the default's reach and softness, and exact within lobes: if the film shows a small
+/// part of a large scene, few silhouettes seen at bounces are found by chance, and a pilot may see none.
 pub(super) fn softened(silhouettes: usize, shadows: usize) -> Field {
     match Field::softened(1) {
         Field::Softened { film, lobe, softness, .. } => {
@@ -409,7 +413,7 @@ pub(super) fn softened(silhouettes: usize, shadows: usize) -> Field {
     }
 }
 
-/// The standard error of a sum, relative to it, if its terms are independent and rare; 1 if there is nothing.
+/// Relative standard error of a sum of independent, rare terms; 1 if it is empty.
 fn relative_error(terms: &[f64]) -> f64 {
     let sum: f64 = terms.iter().sum();
     let square: f64 = terms.iter().map(|term| term * term).sum();

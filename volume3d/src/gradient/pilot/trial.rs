@@ -1,4 +1,4 @@
-//! A trial: a run of few samples.
+//! Trial: a run of few samples.
 
 use glam::DVec3;
 
@@ -6,7 +6,7 @@ use crate::Image;
 use crate::gradient::GradientImage;
 use crate::scene::Scene;
 
-/// The result of a trial; pixels count by the squares of weights.
+/// Result of a trial, in which pixels are weighted by the squares of weights.
 pub(super) struct Trial<'a> {
     pub(super) scene: &'a Scene,
     pub(super) image: GradientImage,
@@ -14,14 +14,14 @@ pub(super) struct Trial<'a> {
 }
 
 impl Trial<'_> {
-    /// The variances of curves on the film, before lights and before all else, summed over pixels.
+    /// Variances of curves on the film, before lights and before everything else, summed over pixels.
     pub(super) fn curves(&self) -> [f64; 3] {
         let noise = &self.image.noise;
         [&noise.film_curves, &noise.shading_curves, &noise.bounce_curves]
             .map(|variance| weighted(variance, self.weights).iter().sum())
     }
 
-    /// The derivative of a pixel, and the square of its standard error.
+    /// Derivative of a pixel, and its squared standard error.
     pub(super) fn pixel(&self, pixel: usize) -> (DVec3, f64) {
         let weight = self.weights.map_or(DVec3::ONE, |weights| weights.pixels[pixel]);
         let finite = |v: DVec3| if v.is_finite() { v } else { DVec3::ZERO };
@@ -30,7 +30,7 @@ impl Trial<'_> {
     }
 }
 
-/// The sum of an image's channels by pixel, weighted by the squares of another's; 0 where it is not finite.
+/// Sum of an image's channels by pixel, weighted by the squares of another image; 0 where it is not finite.
 pub(super) fn weighted(variance: &Image, weights: Option<&Image>) -> Vec<f64> {
     let finite = |v: f64| if v.is_finite() { v } else { 0.0 };
     let of = |(i, v): (usize, &DVec3)| match weights {

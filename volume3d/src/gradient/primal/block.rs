@@ -1,4 +1,4 @@
-//! The samples of neighbouring cells side by side.
+//! Sampler of blocks of neighbouring cells, in parallel.
 
 use std::ops::Range;
 
@@ -13,19 +13,19 @@ use crate::lanes::Instructions;
 use crate::path::{Paths, Wave, WaveTables};
 use crate::scene::Hit;
 
-/// Camera rays of a cell that are traced at once, having one origin and a narrow cone: as many as a packet takes.
+/// Camera rays of a cell traced together, with one origin and a narrow cone: the size of a packet.
 const TOGETHER: usize = 16;
 
 /// Cells of a block.
 const CELLS: usize = Wave::MOST;
 
-/// Samples of a group that a block keeps; if a group has more, blocks are of fewer cells.
+/// Largest number of samples of a group that a block stores; larger groups are split into blocks of fewer
+/// cells.
 const MOST_KEPT: usize = 1 << 16;
 
-/// What blocks are sampled with, one after the other.
+/// Sampler of blocks, used sequentially.
 ///
-/// What a pixel is, bit for bit, does not depend on it: every group of a pixel adds up the samples of one cell after the
-/// other.
+/// The bits of a pixel do not depend on blocks: every group of a pixel adds up the samples cell by cell.
 pub(super) struct BlockSampler<'p> {
     film: &'p FilmPlane,
     paths: &'p Paths<'p>,
@@ -34,14 +34,14 @@ pub(super) struct BlockSampler<'p> {
     wave: Wave<'p>,
     instructions: Instructions,
     camera: CameraRays,
-    /// Of the random numbers of the cells.
+    /// Keys of the cells' random numbers.
     keys: [u64; CELLS],
-    /// The samples of a group, those of a cell one after the other: film points within the cells, and radiances.
+    /// Samples of a group, cell by cell: film points within the cells, and radiances.
     places: Vec<[f64; 2]>,
     radiances: Vec<DVec3>,
 }
 
-/// Some samples of all cells of a block, those of a cell one after the other.
+/// Samples of all cells of a block, cell by cell.
 #[derive(Default)]
 struct CameraRays {
     directions: Vec<DVec3>,
@@ -57,7 +57,7 @@ impl<'p> BlockSampler<'p> {
         samples: usize,
         seed: u64,
     ) -> Self {
-        // The film point, and the numbers of bounces.
+        // One pair for the film point, and those of the bounces.
         let numbers = ImageNumbers::new(seed, PATH, samples, 1 + paths.pairs());
         let wave = Wave::new(paths, tables);
         let (keys, places, radiances) = ([0; CELLS], vec![], vec![]);
@@ -65,7 +65,7 @@ impl<'p> BlockSampler<'p> {
         Self { film, paths, samples, numbers, wave, instructions, camera, keys, places, radiances }
     }
 
-    /// Samples the block that begins with a cell, if one does.
+    /// Samples the block that starts at a cell, if one does.
     pub(super) fn sample(
         &mut self,
         (i, j): (usize, usize),
@@ -94,7 +94,7 @@ impl<'p> BlockSampler<'p> {
         sink.non_finite[before..].sort_by_key(|at| (at.column, at.sample));
     }
 
-    /// Traces the samples of a group, unless it is told to end.
+    /// Traces the samples of a group, unless cancelled.
     fn trace(
         &mut self,
         cells: Range<usize>,

@@ -1,4 +1,4 @@
-//! The samples of one cell after the other.
+//! Sampler of single cells.
 
 use glam::DVec3;
 
@@ -9,10 +9,10 @@ use super::super::groups::ImageNumbers;
 use crate::path::Paths;
 use crate::scene::Hit;
 
-/// Camera rays of a cell that are traced at once, having one origin and a narrow cone: as many as a packet takes.
+/// Camera rays of a cell traced together, with one origin and a narrow cone: the size of a packet.
 const TOGETHER: usize = 16;
 
-/// What cells are sampled with, one after the other.
+/// Sampler of cells, used sequentially.
 pub(super) struct CellSampler<'p> {
     paths: &'p Paths<'p>,
     film: &'p FilmPlane,
@@ -23,7 +23,7 @@ pub(super) struct CellSampler<'p> {
 
 impl<'p> CellSampler<'p> {
     pub(super) fn new(paths: &'p Paths<'p>, film: &'p FilmPlane, samples: usize, seed: u64) -> Self {
-        // The film point, the point of the lens, and those of bounces.
+        // Pairs for the film point and the lens point, and those of the bounces.
         let numbers = ImageNumbers::new(seed, PATH, samples, 2 + paths.pairs());
         Self { paths, film, samples, numbers, hits: vec![] }
     }
@@ -31,7 +31,7 @@ impl<'p> CellSampler<'p> {
     pub(super) fn sample(&mut self, (i, j): (usize, usize), sink: CellSink<'_, 3>) {
         let &mut Self { paths, film, samples, .. } = self;
         let key = self.numbers.key((i, j));
-        // The light of the samples of a group.
+        // Radiance of a group's samples.
         let (mut group, mut light) = (0, DVec3::ZERO);
         let mut drawn = Vec::with_capacity(TOGETHER);
         let mut directions = Vec::with_capacity(TOGETHER);

@@ -1,4 +1,4 @@
-//! The image itself.
+//! Rendering of the primal image.
 
 mod block;
 mod cell;
@@ -20,13 +20,14 @@ use crate::Image;
 use crate::path::{Kernels, Paths, WaveTables};
 use crate::scene::Scene;
 
-/// Renders a scene with `samples` paths a pixel.
+/// Renders a scene with `samples` paths per pixel.
 ///
-/// The same seed gives the same bits at any number of threads. The paths are independent of those of a gradient at that
-/// seed, so that an adjoint image may be computed from this one; see [the module](crate::gradient).
+/// The same seed gives the same bits at any number of threads. The paths are independent of those of a
+/// gradient at that seed, so that an adjoint image may be computed from this image; see [the
+/// module](crate::gradient).
 ///
 /// # Errors
-/// [`GradientError::Samples`] if there are none, and [`GradientError::Stopped`] if `progress` asked for an end.
+/// [`GradientError::Samples`] if there are none, and [`GradientError::Stopped`] if cancelled.
 pub fn render(
     scene: &Scene,
     samples: usize,
@@ -36,7 +37,7 @@ pub fn render(
     render_pixels(scene, samples, seed, |_| true, progress)
 }
 
-/// The same of some pixels, with the same samples; what others get means nothing.
+/// Renders some pixels, with the samples of [`render`]; the values of others are meaningless.
 pub(crate) fn render_pixels(
     scene: &Scene,
     samples: usize,
@@ -68,7 +69,7 @@ fn rendering(
     sampled(paths, tables.as_ref(), (samples, seed), wanted, progress)
 }
 
-/// The same with paths side by side, given the tables for it, or one by one: bit for bit the same image.
+/// Renders with waves of paths, given tables for them, or path by path: the same image, bit for bit.
 fn sampled(
     paths: &Paths<'_>,
     tables: Option<&WaveTables>,
@@ -123,7 +124,7 @@ mod tests {
     use super::*;
     use crate::gradient::tests::{filters, room};
 
-    /// Diffuse walls side by side, glossy ones alone; of one sample, of few, and of groups of several.
+    /// Diffuse walls in waves, glossy ones alone; with one sample, few, and groups of several.
     #[test]
     fn paths_side_by_side_make_the_image_of_paths_one_by_one() {
         for filter in filters() {
@@ -142,7 +143,7 @@ mod tests {
         }
     }
 
-    /// Of some pixels, what all of them are.
+    /// A partial rendering has the bits of the full one.
     #[test]
     fn some_pixels_are_those_of_the_whole_image() {
         for filter in filters() {

@@ -1,9 +1,9 @@
-//! What rows are computed with, and what they leave to later ones.
+//! Pool of reusable row workers.
 
 use std::ops::{Deref, DerefMut};
 use std::sync::{Mutex, PoisonError};
 
-/// Workers that wait for a row: at most one for each thread is ever made.
+/// Idle workers: at most one per thread is ever made.
 pub(super) struct Pool<W, F> {
     make: F,
     waiting: Mutex<Vec<W>>,
@@ -14,14 +14,14 @@ impl<W, F: Fn() -> W> Pool<W, F> {
         Self { make, waiting: Mutex::new(vec![]) }
     }
 
-    /// A worker, until it is dropped.
+    /// Takes a worker, which returns to the pool when dropped.
     pub(super) fn take(&self) -> Taken<'_, W> {
         let waiting = self.waiting.lock().unwrap_or_else(PoisonError::into_inner).pop();
         Taken { worker: Some(waiting.unwrap_or_else(&self.make)), waiting: &self.waiting }
     }
 }
 
-/// A worker that goes back to where it was taken from.
+/// A worker in use.
 pub(super) struct Taken<'a, W> {
     worker: Option<W>,
     waiting: &'a Mutex<Vec<W>>,

@@ -1,4 +1,4 @@
-//! What the samples of a cell add to the pixels around it.
+//! Splatting of a cell's samples to the pixels around it.
 
 use glam::DVec3;
 
@@ -6,17 +6,17 @@ use super::super::film::{FilmPlane, NEAR};
 use super::super::film_accumulator::RowSums;
 use crate::lanes::{Lanes, Task};
 
-/// Samples whose weights are worked out side by side.
+/// Samples whose weights are computed together.
 const TOGETHER: usize = 8;
 
-/// Samples of a class in a cell, for a filter that reaches one cell around a pixel at most.
+/// Samples of a class in a cell, for a filter that reaches at most one cell around a pixel.
 pub(super) struct Splat<'a> {
     pub(super) film: &'a FilmPlane,
     pub(super) cell: (usize, usize),
     pub(super) class: usize,
-    /// Places in the cell.
+    /// Positions in the cell.
     pub(super) places: &'a [[f64; 2]],
-    /// All finite.
+    /// Finite radiances.
     pub(super) radiances: &'a [DVec3],
     pub(super) row_sums: &'a mut RowSums<3>,
 }
@@ -24,7 +24,7 @@ pub(super) struct Splat<'a> {
 impl Task for Splat<'_> {
     type Output = ();
 
-    /// The sums are kept at hand meanwhile; to each of them samples are added in the order in which they come.
+    /// Sums are kept in registers; samples are added to each in their original order.
     #[inline(always)]
     fn run<L: Lanes>(self, _: L) {
         let Self { film, cell: (i, j), class, places, radiances, row_sums } = self;
@@ -43,7 +43,7 @@ impl Task for Splat<'_> {
             within[..places.len()].copy_from_slice(places);
             let [columns, rows] = film.weights_near((i, j), &within);
             for (at, radiance) in radiances.iter().enumerate() {
-                // Of which the last is the weight itself.
+                // The last one is the weight itself.
                 let radiance = [radiance.x, radiance.y, radiance.z, 1.0];
                 for c in 0..4 {
                     light[c] += radiance[c];

@@ -1,4 +1,4 @@
-//! Reverse mode: numbers that record themselves, and the scatter of their adjoints to parameters.
+//! Reverse mode: numbers recorded on a tape, and the propagation of their adjoints to parameters.
 
 mod scatter;
 
@@ -20,18 +20,18 @@ use super::warps::{DirectionWarp, FilmWarp};
 use crate::path::{BorderSample, Calculus, CameraMotion, Kernel, Warped};
 use crate::scene::{Hit, Scene, Surface};
 
-/// What the inputs of a tape are.
+/// Input of a tape.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Input {
-    /// Three numbers of a row of the table of parameters, or the first.
+    /// A row of the parameter table: three numbers, or the first.
     Parameter(u32),
     /// Translation, rotation and field of view.
     Camera,
     /// The film point and the Jacobian of its warp.
     FilmWarp,
-    /// A direction and the Jacobian of its warp, by the number of its record.
+    /// A warped direction and the Jacobian of its warp, by the index of its record.
     Warp(u32),
-    /// A point of an implicit surface and ∇φ there, by the number of its record.
+    /// A point of an implicit surface and ∇φ there, by the index of its record.
     LevelSet(u32),
 }
 
@@ -59,9 +59,9 @@ struct LevelSetPoint<'t> {
 pub(crate) struct Inputs {
     pub(crate) rows: Rows,
     pub(crate) active: ActiveParameters,
-    /// For every texture, whether its texels are active.
+    /// Whether each texture's texels are active.
     pub(crate) textures: Vec<bool>,
-    /// For every position, whether it is active.
+    /// Whether each position is active.
     pub(crate) positions: Vec<bool>,
     pub(crate) normals: Vec<bool>,
 }
@@ -79,7 +79,7 @@ impl Inputs {
     }
 }
 
-/// The calculus of the tape.
+/// Calculus of numbers on the tape.
 pub(crate) struct Reverse<'s, 't> {
     pub(crate) scene: &'s Scene,
     pub(crate) inputs: &'s Inputs,
@@ -130,7 +130,7 @@ impl<'s, 't> Reverse<'s, 't> {
         Rgb([x, y, z])
     }
 
-    /// Sweeps backwards from the outputs if all that is swept is finite, and says whether it is.
+    /// Sweeps backwards from the outputs if everything on the way is finite; returns whether it is.
     pub(crate) fn sweep_if_finite(
         &self,
         outputs: &[(Recorded<'t>, f64)],
@@ -145,7 +145,7 @@ impl<'s, 't> Reverse<'s, 't> {
         finite
     }
 
-    /// Forgets all warps: what has been recorded with them is swept no more.
+    /// Discards all warps; what was recorded with them is not swept again.
     pub(crate) fn forget_warps(&mut self) {
         self.film_warp = None;
         self.warps.clear();
@@ -216,7 +216,7 @@ impl<'t> Calculus for Reverse<'_, 't> {
         if !active && [x.x, x.y, x.z].iter().all(|x| x.is_still()) {
             return (x, Vec3::constant(gradient));
         }
-        // A ray along the surface has no point of it that moves at a finite speed.
+        // A ray tangent to the surface has no point on it that moves at finite speed.
         self.finite.set(self.finite.get() && gradient.dot(direction) != 0.0);
         let mut level_sets = self.level_sets.borrow_mut();
         level_sets.push(LevelSetPoint { implicit, there, direction, x });

@@ -1,4 +1,4 @@
-//! The scatter of adjoints to parameters.
+//! Propagation of adjoints to parameters.
 
 use flatland::calculus::{Adjoints, Vec3};
 use flatland::sdf::{Jet, LevelSetVelocity, Sdf as _, SecondOrder};
@@ -47,7 +47,7 @@ impl<'t> Reverse<'_, 't> {
         }
     }
 
-    /// What a covector of φ̇ and ∇φ̇ at x gives to an implicit surface.
+    /// Adds the contribution of a covector of (φ̇, ∇φ̇) at x to an implicit surface.
     fn scatter_implicit(
         &self,
         implicit: u32,

@@ -1,5 +1,5 @@
-//! Cameras whose axis is beside the middle of the film, whose pixels are not square, and that stand for
-//! orthographic sensors.
+//! Tests of cameras with an off-centre principal point, with non-square pixels, and with orthographic
+//! projection.
 
 use glam::{DQuat, DVec2};
 
@@ -7,7 +7,8 @@ use super::*;
 use crate::optimize::Parameters;
 use crate::scene::{Crop, Film, SceneError};
 
-/// What a part of a centred film sees, a film of its own sees with its axis elsewhere: the same samples, to rounding.
+/// A crop of a centred film has the same samples, to rounding, as a film of its own with a shifted principal
+/// point.
 #[test]
 fn an_axis_beside_the_middle_is_that_of_a_part_of_a_film() {
     for filter in filters() {
@@ -17,12 +18,13 @@ fn an_axis_beside_the_middle_is_that_of_a_part_of_a_film() {
         part.film = whole;
         let mut alone = part.clone();
         alone.film = Film { width: 6, height: 5, crop: None, filter };
-        // The same focal length in pixels, and the axis at (6, 4) − (2, 1) = (4, 3), from the middle a pixel to the right and half a pixel down.
+        // The same focal length in pixels. The principal point is at (6, 4) − (2, 1) = (4, 3), a pixel to the
+        // right of the centre and half a pixel below it.
         let focal = 6.0 / (0.5 * part.camera.field_of_view).tan();
         alone.camera.field_of_view = 2.0 * (3.0 / focal).atan();
         alone.camera.principal_point = DVec2::new(1.0 / 6.0, 0.5 / 5.0);
         let [part, alone] = [part, alone].map(|description| Scene::new(description).unwrap());
-        // What a wider field of view does to the focal length differs.
+        // The two focal lengths differ in their derivative by the field of view.
         let mut change = random_tangent(&part, 5);
         change.camera.field_of_view = 0.0;
         let close = |a: &Image, b: &Image| {
@@ -50,7 +52,8 @@ fn an_axis_beside_the_middle_is_that_of_a_part_of_a_film() {
     }
 }
 
-/// A square covers as many more pixels as columns are stretched, by every method; forward, and in reverse to rounding.
+/// A square covers more pixels in proportion to the stretching of columns, by every method; in forward mode,
+/// and in reverse to rounding.
 #[test]
 fn stretched_columns_stretch_what_changes() {
     const ASPECT: f64 = 0.8;
@@ -107,10 +110,10 @@ fn cameras_that_are_none_are_refused() {
     }
 }
 
-/// How much the square of [`before_sensor`] is turned, in radians.
+/// Rotation of the square of [`before_sensor`], in radians.
 const TURNED: f64 = 0.5;
 
-/// A square that is turned about a vertical axis, beside the axis of an orthographic sensor of width 4.
+/// A square rotated about a vertical axis, off the axis of an orthographic sensor of width 4.
 fn before_sensor() -> Scene {
     let distance = 2e4;
     let origin = DVec3::new(0.0, 0.0, distance);
@@ -124,23 +127,23 @@ fn before_sensor() -> Scene {
     Scene::new(d).unwrap()
 }
 
-/// As an orthographic sensor turns, what it sees moves past it at the speed of its distance from the sensor,
-/// and is seen as cos(turn − angle) wide.
+/// As an orthographic sensor rotates, a visible point moves at a speed proportional to its distance from the
+/// sensor, and widths scale with cos(turn − angle).
 #[test]
 fn orthographic_sensors_turn_about_themselves() {
     let scene = before_sensor();
     assert!(scene.description().camera.pivot().length() < 1e-9);
     let mut change = Tangent::still(&scene);
     change.camera.rotation = DVec3::Y;
-    // Columns are weighted by their distance from the middle: Σ h of that is exactly a film point's own. With
-    // 1.5 pixels a unit of length and three channels the sum is area · cos(TURNED − θ) (0.2 cos θ + 3 sin θ)
-    // 1.5.
+    // Columns are weighted by their distance from the middle: with these weights the sum of the filter h over
+    // pixels is the film coordinate. With 1.5 pixels per unit of length and three channels the sum is
+    // area · cos(TURNED − θ) (0.2 cos θ + 3 sin θ) 1.5.
     let weighted = |image: Image| -> Vec<DVec3> {
         image.pixels.iter().enumerate().map(|(i, g)| *g * ((i % 6) as f64 - 2.5)).collect()
     };
     let area = 3.0 * 2.0 * (1.4_f64 * 1.5).powi(2);
     let exact = area * 1.5 * (0.2 * TURNED.sin() + 3.0 * TURNED.cos());
-    // What stands in for the sensor sees things by 3/20,000 smaller.
+    // The distant perspective camera that represents the sensor shows objects smaller by 3/20,000.
     let slack = 2e-3 * exact;
     let none = Progress::none();
     let mut comparisons = Comparisons::of("orthographic_sensors_turn_about_themselves");
@@ -167,7 +170,7 @@ fn orthographic_sensors_turn_about_themselves() {
         weighted(method.forward(&scene, &change, &none).unwrap().gradient)
     });
     comparisons.add("finite differences".to_owned(), differences, (exact, 0.0), slack, exact);
-    // About the eye that stands in for it, a turn carries all of the image away.
+    // A rotation about that camera's eye moves the whole image out of view.
     let mut other = change.clone();
     other.camera.translation = DVec3::Y.cross(2e4 * DVec3::Z);
     comparisons.reject("about a distant eye", edges(&other), (exact, 0.0));
@@ -188,8 +191,8 @@ fn orthographic_sensors_turn_about_themselves() {
     }
 }
 
-/// What is applied, displaced and differentiated is one motion; a field of view is no parameter of an
-/// orthographic sensor.
+/// Application, displacement and differentiation of a pose are the same motion; an orthographic sensor has no
+/// field-of-view parameter.
 #[test]
 fn poses_of_orthographic_sensors_are_about_the_sensor() {
     let mut scene = before_sensor();

@@ -1,9 +1,10 @@
-//! Borders of narrow faces that coincide with edges of other surfaces, which are not sampled themselves.
+//! Tests of borders of narrow faces that coincide with edges of other surfaces, which are not sampled
+//! themselves.
 
 use super::*;
 use crate::gradient::Field;
 
-/// A prism over a polygon in x and z, its half length along y.
+/// A prism along y over a polygon in x and z, with the given half length.
 fn prism(polygon: &[(f64, f64)], y: f64) -> Mesh {
     let n = polygon.len() as u32;
     let mut positions = vec![];
@@ -23,8 +24,9 @@ fn prism(polygon: &[(f64, f64)], y: f64) -> Mesh {
     Mesh::new(positions, t).unwrap()
 }
 
-/// A body with a ridge at x = z = 0 (two wide faces, both seen: no silhouette), and a second body on its right slope, whose left
-/// face, from the same ridge, is seen `narrow` wide. The first has half of a length, and the second 0.6.
+/// A body with a ridge at x = z = 0 (two wide faces, both visible: no silhouette), and a second body on its
+/// right slope. The second body's left face begins at the same ridge and has apparent width `narrow`. The
+/// first body has half length `length`, the second 0.6.
 fn bodies(narrow: f64, length: f64) -> Scene {
     let camera = Camera::look_at(DVec3::new(0.0, 0.1, 5.0), DVec3::new(0.0, 0.1, 0.0), DVec3::Y, 0.8);
     let mut d = Description::new(camera, film(12, Filter::Tent { radius: 1.0 }));
@@ -38,7 +40,7 @@ fn bodies(narrow: f64, length: f64) -> Scene {
 #[test]
 fn edges_that_coincide_with_those_of_narrow_faces_are_sampled() {
     let mut comparisons = Comparisons::of("edges_that_coincide_with_those_of_narrow_faces_are_sampled");
-    // The same ends, and a ridge that is longer than the border on it.
+    // A ridge with the same ends as the border on it, and a longer one.
     for (narrow, softness, length) in [(0.001, 0.4, 0.6), (0.15, 50.0, 0.6), (0.15, 50.0, 0.8)] {
         let scene = bodies(narrow, length);
         let mut change = Tangent::still(&scene);

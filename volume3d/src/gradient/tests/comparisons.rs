@@ -1,4 +1,4 @@
-//! Means of independent runs beside what they should be.
+//! Statistical comparison of means of independent runs with reference values.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -14,22 +14,23 @@ pub(crate) fn statistics(values: &[f64]) -> (f64, f64) {
     (mean, (spread / (n - 1.0) / n).sqrt())
 }
 
-/// Independent runs behind a mean and its error.
+/// Number of independent runs behind a mean and its standard error.
 pub(crate) const RUNS: u64 = 64;
 
-/// How many standard errors a mean may be off: what Student's distribution with [`RUNS`] − 1 degrees of freedom exceeds
-/// as rarely as the normal one the 6.49 of the integration tests' threshold.
+/// Largest permitted deviation of a mean, in standard errors. Student's distribution with [`RUNS`] − 1
+/// degrees of freedom exceeds it as rarely as the normal distribution exceeds 6.49, the threshold of the
+/// integration tests.
 pub(crate) const LIMIT: f64 = 7.8;
 
-/// The mean of the sum of all pixels over runs with seeds of their own, and its standard error.
+/// The sum of all pixels: mean over runs with different seeds, and its standard error.
 pub(crate) fn total(run: impl Fn(u64) -> Vec<DVec3> + Send + Sync) -> (f64, f64) {
     let sums: Vec<f64> =
         (0..RUNS).into_par_iter().map(|s| run(s).iter().map(|p| p.element_sum()).sum()).collect();
     statistics(&sums)
 }
 
-/// What one test compares: what is off, and the smallest relative bias that it rejects, which may not exceed 15% in any
-/// comparison. It prints a row of the table of power in tests/RESULTS.md.
+/// Comparisons of one test: the failures, and the smallest relative bias that it rejects, which may not
+/// exceed 15 % in any comparison. It prints a row of the table of statistical power in tests/RESULTS.md.
 pub(crate) struct Comparisons {
     test: &'static str,
     rows: Vec<(String, f64)>,
@@ -41,8 +42,9 @@ impl Comparisons {
         Self { test, rows: vec![], failures: vec![] }
     }
 
-    /// A mean against its reference. What may be noticed is relative to `scale`: the reference, or the terms that cancel
-    /// in it. A mean with the same error that is short by 15% of that must be rejected.
+    /// Compares a mean with its reference. Detectable bias is relative to `scale`: the reference, or the sum
+    /// of the terms that cancel in it. A mean with the same standard error that is short by 15 % of `scale`
+    /// must be rejected.
     pub(crate) fn add(
         &mut self,
         name: String,
@@ -65,7 +67,7 @@ impl Comparisons {
         self.rows.push((name, power));
     }
 
-    /// What is wrong on purpose must be rejected.
+    /// Checks that a deliberately wrong mean is rejected.
     pub(crate) fn reject(&mut self, name: &str, found: (f64, f64), reference: (f64, f64)) {
         let z = (found.0 - reference.0).abs() / found.1.hypot(reference.1);
         println!("control {name}: {found:?} for {reference:?}, z {z:.1}");
@@ -81,12 +83,12 @@ impl Comparisons {
     }
 }
 
-/// Whether the environment asks for everything, as the integration tests have it.
+/// Whether the environment variable asks for the thorough tests, as in the integration tests.
 pub(crate) fn thorough() -> bool {
     std::env::var("WARPED_AREA_TESTS").is_ok_and(|effort| effort == "thorough")
 }
 
-/// Σ |term| of the sum of all pixels.
+/// Σ |term| over the terms of the sum of all pixels.
 pub(crate) fn terms(image: &GradientImage) -> f64 {
     let terms = image.terms.as_ref().expect("asked for");
     let sum = |term: &Image| term.pixels.iter().map(|p| p.element_sum()).sum::<f64>().abs();

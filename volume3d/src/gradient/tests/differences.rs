@@ -1,10 +1,10 @@
-//! Central differences.
+//! Tests of central differences.
 
 use super::*;
 
-/// Samples that see an edge move are rare events. Where cells shared their random numbers, an edge along a
-/// row of pixels would pass those of all its cells at once or none, and the variance would be 13 times that
-/// of a Poisson number, as the edges here are 13 pixels long.
+/// Samples that see an edge move are rare events. If cells shared their random numbers, an edge along a row
+/// of pixels would pass the samples of all its cells at once or none, and the variance would be 13 times that
+/// of a Poisson variable, as the edges here are 13 pixels long.
 #[test]
 fn samples_of_different_cells_see_edges_move_independently() {
     const RUNS: u64 = 400;
@@ -19,13 +19,13 @@ fn samples_of_different_cells_see_edges_move_independently() {
     let run = |seed| {
         let method = FiniteDifference { samples: 1, step: STEP, seed };
         let gradient = method.forward(&scene, &change, &Progress::none()).unwrap().gradient;
-        // In samples: each is seen in three channels.
+        // In units of samples, each of which counts in three channels.
         gradient.pixels.iter().map(|p| p.element_sum()).sum::<f64>() * 2.0 * STEP / 3.0
     };
     let runs: Vec<f64> = (0..RUNS).map(run).collect();
     let mean = runs.iter().sum::<f64>() / RUNS as f64;
     let variance = runs.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (RUNS - 1) as f64;
     println!("{mean} samples a run, with a variance of {variance}");
-    // The variance of this many Poisson numbers is known to 8 %.
+    // The variance of this many Poisson variables is known to 8 %.
     assert!(mean > 1.0 && variance < 1.6 * mean, "{mean} {variance}");
 }

@@ -1,4 +1,4 @@
-//! What holds sample by sample.
+//! Tests of properties that hold for every sample.
 
 use flatland::warp::{Debias, Warp};
 use glam::DVec3;
@@ -20,7 +20,7 @@ fn the_image_is_that_without_derivatives_bit_for_bit() {
     }
 }
 
-/// Of the three terms the interior one knows of no warp and of no jump that moves, the borders of emitters included.
+/// The interior term is independent of warps and of moving discontinuities, the borders of emitters included.
 #[test]
 fn the_interior_term_is_what_is_left_without_warps() {
     let scene = room(Filter::Tent { radius: 1.0 });
@@ -86,7 +86,8 @@ fn forward_and_reverse_are_transposes() {
     }
 }
 
-/// What moves before an ideal mirror, and a light without extent that moves, are errors, forward and in reverse.
+/// Geometry that moves in front of an ideal mirror, and a moving light without extent, are errors in forward
+/// and reverse mode.
 #[test]
 fn what_no_warp_sees_is_refused() {
     let camera = Camera::look_at(DVec3::new(0.0, 1.0, 3.0), DVec3::ZERO, DVec3::Y, 0.8);
@@ -125,7 +126,7 @@ fn what_no_warp_sees_is_refused() {
     poses.pose[0] = DVec3::X;
     active.poses = true;
     refuses(&lit, &poses, &active, &Unsupported::Delta { light: "bulb".to_owned() });
-    // Its intensity moves no shadow.
+    // A light's intensity moves no shadow.
     active.poses = false;
     active.lights = true;
     let result =

@@ -1,5 +1,4 @@
-//! Scenes far from the origin, as of coordinates of a map: what is computed does not depend on where they
-//! are.
+//! Tests of scenes far from the origin, as with map coordinates: results do not depend on the position.
 
 use flatland::sdf::shapes::Ball;
 use glam::{DAffine3, DQuat, DVec3};
@@ -10,8 +9,8 @@ use crate::geometry::Mesh;
 use crate::gradient::{ActiveParameters, EdgeSampling, Field, Progress, Tangent, WarpedArea, render};
 use crate::scene::{Camera, Description, Environment, Filter, Integrator, Light, Material, Placement, Scene};
 
-/// A cube over a floor, under a tilted lamp. Where numbers are snapped they have so few bits that all sums
-/// with offsets of 2³² are exact.
+/// A cube over a floor, under a tilted lamp. With `snap`, coordinates have so few bits that all sums with
+/// offsets of 2³² are exact.
 fn cube(depth: usize, snap: bool) -> Description {
     let snapped = |place: DAffine3| {
         let round = |x: f64| if snap { (x * 4096.0).round() / 4096.0 } else { x };
@@ -51,7 +50,7 @@ fn shifted(mut d: Description, offset: DVec3) -> Scene {
     Scene::new(d).unwrap()
 }
 
-/// The cube moves and turns about its middle.
+/// The cube moves, and rotates about its centre.
 fn motion(scene: &Scene, offset: DVec3) -> Tangent {
     let mut change = Tangent::still(scene);
     change.translate(scene, 0, DVec3::new(1.0, 0.3, -0.2));
@@ -63,16 +62,16 @@ fn edges(seed: u64) -> EdgeSampling {
     EdgeSampling { samples: 4, primary: 64, secondary: 64, bounces: 64, seed, ..EdgeSampling::default() }
 }
 
-/// How far in the field's own slack, a part of the distance from the origin, edges count as before a plane
-/// besides: those hardly do.
+/// Largest relative difference of warped-area results. The field treats edges in a plane with a tolerance
+/// that grows with the distance from the origin, so that additional edges may count; they hardly do.
 const SLACK: f64 = 1e-4;
 
 const OFFSETS: [DVec3; 2] =
     [DVec3::new(196_608.0, -327_680.0, 65_536.0), DVec3::new(4_294_967_296.0, 0.0, -2_147_483_648.0)];
 
-/// The origin of computation moves with the scene, exactly: images, and gradients by edge sampling forward
-/// and in reverse, are the same bit for bit at 10⁹ sizes from the origin, and those by warped area the same
-/// but for a slack.
+/// Internal coordinates move with the scene exactly. At 10⁹ scene sizes from the origin, images and
+/// edge-sampling gradients (forward and reverse) are bitwise equal, and warped-area gradients are equal to
+/// within [`SLACK`].
 #[test]
 fn a_scene_far_away_is_the_same_to_the_bit() {
     let none = Progress::none();
@@ -110,7 +109,7 @@ fn a_scene_far_away_is_the_same_to_the_bit() {
     }
 }
 
-/// The same of an implicit surface where it stands, and of a light in one point.
+/// The same for a placed implicit surface and a point light.
 #[test]
 fn an_implicit_surface_far_away_is_the_same() {
     let none = Progress::none();
@@ -138,14 +137,14 @@ fn an_implicit_surface_far_away_is_the_same() {
     }
 }
 
-/// The sum of differences over that of magnitudes.
+/// The sum of absolute differences over the sum of absolute values.
 fn difference(found: &Image, expected: &Image) -> f64 {
     let pairs = || found.pixels.iter().zip(&expected.pixels);
     let apart: f64 = pairs().map(|(a, b)| (*a - *b).abs().element_sum()).sum();
     apart / pairs().map(|(_, b)| b.abs().element_sum()).sum::<f64>()
 }
 
-/// The terms of edge sampling at a depth: on the film, and of shadows and what bounces see.
+/// The terms of edge sampling at a depth: on the film, and at shadows and after bounces.
 fn terms(mut d: Description, depth: usize, offset: DVec3, method: &EdgeSampling) -> [Image; 2] {
     d.integrator.max_depth = Some(depth);
     let scene = shifted(d, offset);
@@ -154,11 +153,11 @@ fn terms(mut d: Description, depth: usize, offset: DVec3, method: &EdgeSampling)
     [terms.primary, terms.secondary]
 }
 
-/// More than random numbers make of differences that rounding alone makes, which are 10⁻⁶.
+/// Threshold on relative differences: larger than the random effect of rounding, which is 10⁻⁶.
 const SEEN: f64 = 1e-4;
 
-/// Coordinates that are rounded as those of maps are: all terms are those at the origin with the same random
-/// numbers, but for the rounding of what is given. It sees 10⁻⁴ of a term, as a control has it.
+/// Rounded map coordinates: with the same random numbers all terms equal those at the origin, up to the
+/// rounding of the input. The test detects 10⁻⁴ of a term, as the control shows.
 #[test]
 fn terms_do_not_depend_on_where_the_scene_is() {
     for depth in [2, 3] {
@@ -176,9 +175,9 @@ fn terms_do_not_depend_on_where_the_scene_is() {
     }
 }
 
-/// The same where the origin cannot be near, as another, tiny shape is as far away on the other side: rays
-/// are as far aside of edges as rounding of coordinates there asks for. Random numbers are not those of the
-/// scene without that shape.
+/// The same where the internal origin cannot be near the scene, because another, tiny shape lies as far away
+/// on the other side: rays are offset from edges by the rounding of such coordinates. The random numbers
+/// differ from those of the scene without that shape.
 #[test]
 fn terms_do_not_depend_on_how_large_the_scene_is() {
     let offset = 1e8 * DVec3::new(0.9, -0.3, 0.4);

@@ -1,4 +1,4 @@
-//! Derivatives under filters with negative lobes, pixel by pixel.
+//! Tests of derivatives under filters with negative lobes, pixel by pixel.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -12,7 +12,8 @@ use crate::scene::{Camera, Description, Filter, Scene};
 
 const SIDE: usize = 7;
 
-/// A square that emits 2, 8 pixels for a unit, and the derivative of each pixel as it moves to the right.
+/// A square emitter of radiance 2, at 8 pixels per unit of length, and the derivative of each pixel as it
+/// moves to the right.
 fn moving_square(filter: Filter) -> (Scene, Vec<f64>) {
     let half_angle = (SIDE as f64 / 64.0).atan();
     let camera = Camera::look_at(DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO, DVec3::Y, 2.0 * half_angle);
@@ -30,7 +31,7 @@ fn moving_square(filter: Filter) -> (Scene, Vec<f64>) {
     (Scene::new(d).unwrap(), exact)
 }
 
-/// Largest deviation of the mean of gradient images in standard errors, and the largest standard error.
+/// Largest deviation of the mean of gradient images, in standard errors, and the largest standard error.
 fn worst(images: &[Image], exact: &[f64]) -> (f64, f64) {
     let off = exact.iter().enumerate().map(|(pixel, exact)| {
         let values: Vec<f64> = images.iter().map(|image| image.pixels[pixel].x).collect();
@@ -40,9 +41,8 @@ fn worst(images: &[Image], exact: &[f64]) -> (f64, f64) {
     off.fold((0.0, 0.0), |(a, b), (c, d)| (f64::max(a, c), f64::max(b, d)))
 }
 
-/// Of a square whose derivative is known, by the area and by edges. What is seen is a twentieth of the
-/// largest derivative; the derivative under a Gaussian, as which these filters could be mistaken, is the
-/// control.
+/// A square whose derivative is known, by warped area and by edge sampling. The test detects a twentieth of
+/// the largest derivative; the control is the derivative under a Gaussian, which resembles these filters.
 #[test]
 fn derivatives_under_negative_lobes() {
     const RUNS: u64 = 400;

@@ -1,4 +1,4 @@
-//! Cameras that see nothing that emits.
+//! Tests of cameras to which emitters are invisible.
 
 use std::f64::consts::PI;
 
@@ -14,7 +14,8 @@ fn panelled(hide_emitters: bool) -> Scene {
     Scene::new(d).unwrap()
 }
 
-/// What emits against black is black, and a ray of the camera finds what is behind; others find what emits.
+/// A hidden emitter against black leaves the image black. Camera rays pass through hidden emitters; other
+/// rays hit them.
 #[test]
 fn rays_of_the_camera_pass_what_emits() {
     let mut d = square(Filter::Box).description().clone();
@@ -41,7 +42,7 @@ fn rays_of_the_camera_pass_what_emits() {
         let Some(front) = front.filter(|front| front.surface != hit.surface) else { continue };
         assert!(hidden.is_emitter(front.surface) && !hidden.is_emitter(hit.surface));
         let Surface::Triangle(triangle) = front.surface else { panic!("a panel") };
-        // From the surface behind, the panel is in the way back.
+        // From the surface behind it, the panel blocks the ray back.
         let x = origin + hit.distance * direction;
         let back = hidden.closest(x, -direction, Some(hit.surface)).expect("the panel");
         assert_eq!(hidden.shape_of(back.surface), hidden.shape_of(Surface::Triangle(triangle)));
@@ -50,8 +51,8 @@ fn rays_of_the_camera_pass_what_emits() {
     assert!(passed > 20, "{passed}");
 }
 
-/// Block and panel move: the panel's outline is no jump on the film, and its light is what it was. What a camera that sees it finds
-/// is something else.
+/// Block and panel move: the panel's outline is no discontinuity on the film, and its illumination is
+/// unchanged. The control is a camera to which the panel is visible.
 #[test]
 fn hidden_emitters_move_nothing_but_light() {
     let none = Progress::none();
@@ -83,7 +84,7 @@ fn hidden_emitters_move_nothing_but_light() {
     });
     let found = total(|seed| warped(&hidden, seed));
     let visible = total(|seed| warped(&seen, seed));
-    // What must not be in it.
+    // The contribution that must be absent.
     let scale = visible.0 - edges.0;
     let mut comparisons = Comparisons::of("hidden_emitters_move_nothing_but_light");
     comparisons.add("warped area on edge sampling".into(), found, edges, 0.0, scale);

@@ -1,4 +1,5 @@
-//! Images of few samples: constant where the scene is, unbiased, and without a pattern.
+//! Tests of images with few samples: constant where the scene is, unbiased, and without patterns in the
+//! noise.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -20,8 +21,7 @@ fn every_filter() -> [Filter; 8] {
     [Filter::Box, tent(1.0), tent(0.3), tent(2.3), gaussian(0.5), gaussian(0.1), MITCHELL, LANCZOS]
 }
 
-/// A sky that is the same everywhere, with a ball behind the camera: seen through a lens, paths do not go
-/// side by side.
+/// A uniform sky, with a ball behind the camera. With a lens, paths are not traced in bundles.
 fn sky(filter: Filter, lens: Option<Lens>) -> Scene {
     let camera = Camera { lens, ..Camera::look_at(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, 0.8) };
     let mut d = Description::new(camera, film(WIDTH, filter));
@@ -35,8 +35,8 @@ fn is_constant(image: &Image, radiance: DVec3) -> bool {
     image.pixels.iter().all(|pixel| (*pixel - radiance).abs().max_element() < 1e-12)
 }
 
-/// With every filter and from one sample on, and with no standard error from two on. That weights alone are
-/// not constant is the control.
+/// A constant scene gives a constant image with every filter from one sample on, and zero standard errors
+/// from two samples on. Control: the filter weights alone are not constant.
 #[test]
 fn a_constant_scene_has_a_constant_image() {
     let (none, radiance) = (Progress::none(), DVec3::new(0.7, 0.1, 3.0));
@@ -62,20 +62,21 @@ fn a_constant_scene_has_a_constant_image() {
         ] {
             assert!(is_constant(&result.unwrap().image, radiance), "{filter:?}");
         }
-        // A single group of samples, whose cells share their numbers, has nothing that is independent of it.
+        // For a single group of samples, whose cells share their random numbers, no independent estimate
+        // exists.
         let one = WarpedArea { samples: 1, ..WarpedArea::default() }.forward(&scene, &still, &none).unwrap();
         assert_eq!(is_constant(&one.image, radiance), filter == Filter::Box, "{filter:?}");
     }
 }
 
-/// Of a square whose image is known, from a single sample on: every pixel's mean over runs is within its
-/// errors. What is seen is stated: a bias of 3 % of the light, under lobes of both signs 4 %.
+/// A square whose image is known, from a single sample on: the mean of every pixel over runs is within its
+/// error. The test detects a bias of 3 % of the light, and of 4 % under filters with negative lobes.
 #[test]
 fn images_of_few_samples_are_unbiased() {
     const RUNS: u64 = 6000;
     let none = Progress::none();
     for filter in [Filter::Tent { radius: 1.0 }, Filter::Gaussian { deviation: 0.5 }, MITCHELL, LANCZOS] {
-        // 8 pixels for a unit at distance 4.
+        // 8 pixels per unit of length at distance 4.
         let camera =
             Camera::look_at(DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO, DVec3::Y, 2.0 * (5.0_f64 / 64.0).atan());
         let mut d = Description::new(camera, film(5, filter));
@@ -103,14 +104,14 @@ fn images_of_few_samples_are_unbiased() {
             println!(
                 "{filter:?}, {samples} samples: off by {worst:.2} errors, rejects {rejects:.4} of the light"
             );
-            // Weights of both signs have more noise.
+            // Filters with negative lobes have more noise.
             let seen = if filter == LANCZOS { 0.04 } else { 0.03 };
             assert!(worst < 6.5 && rejects < seen, "{filter:?}, {samples} samples: {worst} {rejects}");
         }
     }
 }
 
-/// A floor under a lamp and a sky, without an edge in sight.
+/// A floor under a lamp and a sky, without an edge in view.
 fn floor(filter: Filter) -> Scene {
     let camera = Camera::look_at(DVec3::new(0.0, 3.0, 0.1), DVec3::ZERO, DVec3::Y, 0.5);
     let mut d = Description::new(camera, film(48, filter));
@@ -124,8 +125,7 @@ fn floor(filter: Filter) -> Scene {
     Scene::new(d).unwrap()
 }
 
-/// The correlation of the noise of pixels that are apart by some columns, and as many rows, in some images of
-/// one scene.
+/// Correlation of the noise of pixels `lag` columns, and `lag` rows, apart, over several images of one scene.
 fn correlations(images: &[Image], lag: usize) -> [f64; 2] {
     let (width, height) = images[0].size();
     let count = images.len() as f64;
@@ -153,14 +153,14 @@ fn correlations(images: &[Image], lag: usize) -> [f64; 2] {
     })
 }
 
-/// Pixels farther apart than their filters reach have no noise in common, in particular those of one square
-/// of 16 cells, or one square apart: a correlation of 3 % would be rejected. Where cells share random
-/// numbers, as those of a gradient do, it is nearly one: the control.
+/// Pixels farther apart than the filter support have uncorrelated noise, in particular pixels of one square
+/// of 16 × 16 cells and pixels a square apart: a correlation of 3 % would be rejected. In the control cells
+/// share random numbers, as in gradients, and the correlation is nearly one.
 #[test]
 fn no_pattern_is_in_the_noise() {
     const RUNS: u64 = 24;
     let none = Progress::none();
-    // 24 images of 48 × 48 pixels: 5 standard deviations and a bit.
+    // 24 images of 48 × 48 pixels: slightly more than 5 standard deviations.
     let limit = 6.0 / ((RUNS as f64 - 1.0).sqrt() * 48.0 * 0.8);
     for filter in [Filter::Box, Filter::Tent { radius: 1.0 }, Filter::Gaussian { deviation: 0.5 }] {
         let scene = floor(filter);
@@ -192,8 +192,8 @@ fn no_pattern_is_in_the_noise() {
     assert!(limit < 0.035, "{limit}");
 }
 
-/// A tent over the noise of independent cells has the square of its weights, 4/9, of what a box has; of cells
-/// that share their noise it would have all of it.
+/// With independent cells the variance under a tent filter is 4/9 (the integral of its square) of that under
+/// a box filter; with cells that share their noise it would be equal.
 #[test]
 fn filters_average_the_noise_of_cells() {
     const RUNS: u64 = 24;
@@ -210,6 +210,6 @@ fn filters_average_the_noise_of_cells() {
         (0..48 * 48).map(of).sum::<f64>()
     };
     let ratio = variance(Filter::Tent { radius: 1.0 }) / variance(Filter::Box);
-    // Known to 2 %; the control variate adds a few hundredths.
+    // The ratio is known to 2 %; the control variate adds a few hundredths.
     assert!((0.40..0.56).contains(&ratio), "{ratio}");
 }

@@ -1,4 +1,4 @@
-//! Cameras with a lens: a mean of pinholes.
+//! Tests of cameras with a lens, as means of pinhole cameras.
 
 use flatland::sdf::shapes::Ball;
 
@@ -7,21 +7,21 @@ use crate::scene::Lens;
 
 const LENS: Lens = Lens { radius: 0.3, focus_distance: 1.6 };
 
-/// The room, its block before what is in focus.
+/// The room through a lens, with its block in front of the focal plane.
 fn room_through_a_lens() -> Scene {
     let mut d = room(Filter::Tent { radius: 1.0 }).description().clone();
     (d.camera.lens, d.integrator.max_depth) = (Some(LENS), Some(2));
     Scene::new(d).unwrap()
 }
 
-/// Some columns: where an outline passes that a lens spreads over others.
+/// Columns 1 and 2, where an outline passes that the lens spreads over other columns.
 fn weighted(image: &Image) -> Vec<DVec3> {
     let (width, _) = image.size();
     let weight = |i: usize| if (1..3).contains(&(i % width)) { 1.0 } else { 0.0 };
     image.pixels.iter().enumerate().map(|(i, g)| *g * weight(i)).collect()
 }
 
-/// A point light's image out of focus is a disc, over which light is uniform.
+/// The image of a small emitter out of focus is a uniform disc.
 #[test]
 fn what_is_out_of_focus_spreads_over_the_circle_of_confusion() {
     const DEPTH: f64 = 3.0;
@@ -46,19 +46,20 @@ fn what_is_out_of_focus_spreads_over_the_circle_of_confusion() {
             }
         }
         let radius = focal * lens.radius * (1.0 / DEPTH - 1.0 / focus_distance).abs();
-        // Of a disc, a square, and the square of a pixel.
+        // Mean square distance of the image from its centre: of a disc, of the emitter's square, and of a
+        // pixel.
         let expected = 0.5 * radius * radius + 2.0 * (HALF * focal / DEPTH).powi(2) / 3.0 + 1.0 / 6.0;
         let area = (2.0 * HALF * focal / DEPTH).powi(2);
         assert!((whole / area - 1.0).abs() < 0.02, "{focus_distance}: {whole} of {area}");
         let off = (second / whole / expected - 1.0).abs();
-        // In focus all of the light is in one or two pixels, whose moments are not those of the mean place of a square.
+        // In focus all of the light is in one or two pixels, which do not resolve the second moment.
         assert!(off < if radius > 1.0 { 0.03 } else { 1.0 }, "{focus_distance}: {off} of {expected}");
         assert!(farthest < radius + 1.5, "{focus_distance}: {farthest} of {radius}");
     }
 }
 
-/// Image and derivatives are the means of those of pinholes all over the lens, whose origins and axes say what the lens
-/// does; by both methods.
+/// Image and derivatives equal the means of those of pinholes over the lens, by both methods; the origin and
+/// the principal point of each pinhole follow from the lens.
 #[test]
 fn a_lens_is_the_mean_of_pinholes() {
     const POINTS: usize = 128;
@@ -70,7 +71,7 @@ fn a_lens_is_the_mean_of_pinholes() {
     let camera = &scene.description().camera;
     let size = scene.size().0 as f64;
     let focal = 0.5 * size / (0.5 * camera.field_of_view).tan();
-    // Sunflower seeds: uniform over the disc.
+    // Vogel's sunflower spiral: uniform over the disc.
     let pinholes: Vec<(Scene, Tangent)> = (0..POINTS)
         .map(|k| {
             let radius = LENS.radius * ((k as f64 + 0.5) / POINTS as f64).sqrt();
@@ -117,8 +118,8 @@ fn a_lens_is_the_mean_of_pinholes() {
     comparisons.finish();
 }
 
-/// All of a camera's parameters, before a square out of focus, by edge sampling, warped area and differences. The derivative of a pinhole is
-/// something else: the control.
+/// All of a camera's parameters, with a square out of focus, by edge sampling, warped area and differences.
+/// Control: the derivative of a pinhole camera differs.
 #[test]
 fn a_lens_moves_and_zooms_with_its_camera() {
     let seen_by = |lens: Option<Lens>| {
@@ -164,7 +165,8 @@ fn a_lens_moves_and_zooms_with_its_camera() {
     comparisons.finish();
 }
 
-/// An implicit surface out of focus: the field of its tracer's points knows how the camera turns and zooms.
+/// An implicit surface out of focus: the field of trace points depends on the camera's rotation and field of
+/// view.
 #[test]
 fn implicit_surfaces_are_seen_through_a_lens() {
     let mut camera = Camera::look_at(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, 0.8);

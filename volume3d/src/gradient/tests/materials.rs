@@ -1,4 +1,5 @@
-//! Materials that light passes, coatings, masks and reliefs: what they look like, what is differentiated, what is refused.
+//! Tests of transmissive materials, coatings, opacity masks, and bump and normal maps: appearance,
+//! derivatives, refusals.
 
 use std::f64::consts::PI;
 
@@ -50,7 +51,7 @@ fn rough() -> Option<Roughness> {
     Some(Roughness { distribution: Microfacets::Ggx, alpha: 0.3 })
 }
 
-/// A cube of a material before a sky of radiance 1.
+/// A cube of a material in front of a sky of radiance 1.
 fn cube(material: Material) -> Description {
     let camera = Camera::look_at(DVec3::new(0.3, 0.6, 4.0), DVec3::ZERO, DVec3::Y, 0.7);
     let mut d = Description::new(camera, film(6, Filter::Box));
@@ -61,7 +62,8 @@ fn cube(material: Material) -> Description {
     d
 }
 
-/// What absorbs nothing is not seen before a sky that is the same everywhere, whatever it does to light.
+/// White furnace test: an object that absorbs nothing is invisible against a uniform sky, however it
+/// scatters.
 #[test]
 fn a_white_furnace_hides_what_absorbs_nothing() {
     let masked = Material {
@@ -82,7 +84,8 @@ fn a_white_furnace_hides_what_absorbs_nothing() {
     }
 }
 
-/// A lamp is as bright through a thin plate as Fresnel's equations say: found by the path that passes, and by no other.
+/// The brightness of a lamp through a thin plate follows from Fresnel's equations; only paths that pass
+/// straight through find it.
 #[test]
 fn a_lamp_is_seen_through_a_plate() {
     let camera = Camera::look_at(DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO, DVec3::Y, 0.2);
@@ -94,12 +97,13 @@ fn a_lamp_is_seen_through_a_plate() {
     let (samples, expected) = (1 << 14, 3.0 * (1.0 - 2.0 * 0.04 / 1.04));
     let image = render(&scene, samples, 1, &Progress::none()).unwrap().image;
     let mean = image.pixels.iter().map(|p| p.x).sum::<f64>() / image.pixels.len() as f64;
-    // Six standard errors of passing or not, which is also the smallest bias this sees: 0.6 % of the radiance.
+    // Six standard errors of the binary choice of transmission, which is also the smallest detectable bias:
+    // 0.6 % of the radiance.
     let error = 6.0 * 3.0 * (0.077_f64 * 0.923 / (4 * samples) as f64).sqrt();
     assert!((mean - expected).abs() < error, "{mean} {expected} {error}");
 }
 
-/// Colours and roughnesses have derivatives through everything, the same forward and in reverse.
+/// Colours and roughnesses have derivatives along all paths, the same forward and in reverse.
 #[test]
 fn continuous_derivatives_are_transposes() {
     let models = [
@@ -138,8 +142,8 @@ fn continuous_derivatives_are_transposes() {
     }
 }
 
-/// A sheet that fills the film turns in its own plane below a lamp: nothing changes but the axes of its facets, or the
-/// numbers that a texture gives them. Facets that are the same in all directions have no such derivative: the control.
+/// A sheet that fills the film turns in its own plane below a lamp: only the axes of its microfacets change,
+/// or the parameters read from a texture. Control: isotropic facets have no such derivative.
 #[test]
 fn facets_and_numbers_turn_with_their_surface() {
     let brushed = |stretch: f64| Bsdf::RoughConductor {
@@ -219,9 +223,9 @@ fn facets_and_numbers_turn_with_their_surface() {
     comparisons.finish();
 }
 
-/// Texture coordinates that are continuous, but not linear: the axes of brushed metal turn at the diagonal of a sheet, and
-/// what it reflects jumps there. The jump moves with the sheet, and fields and sampled edges follow it: where nothing
-/// does, the derivative is something else, the control.
+/// Texture coordinates that are continuous, but not linear: the axes of brushed metal turn at the diagonal of
+/// a sheet, where its reflection is discontinuous. The discontinuity moves with the sheet; fields and edge
+/// sampling account for it. Control: the derivative without warps differs.
 #[test]
 fn axes_that_turn_at_an_edge_are_a_jump() {
     let camera = Camera::look_at(DVec3::new(0.0, 0.5, 3.0), DVec3::ZERO, DVec3::Y, 0.3);
@@ -268,7 +272,7 @@ fn axes_that_turn_at_an_edge_are_a_jump() {
     comparisons.add("differences".into(), differences, edges, 0.0, edges.0);
     comparisons.reject("no jump", warped(16, false), edges);
     comparisons.finish();
-    // The jump comes and goes with the axes, in a scene that is changed as in one that is made anew.
+    // The discontinuity appears and disappears with the anisotropy, in an updated scene as in a new one.
     let jumps = |scene: &Scene| (0..3).filter(|&k| scene.adjacency.smooth(0, k).is_some()).count();
     let mut found = vec![jumps(&scene)];
     for stretch in [1.0, 0.3, 1.0] {
@@ -278,7 +282,7 @@ fn axes_that_turn_at_an_edge_are_a_jump() {
     assert_eq!(found, [0, 1, 0, 1]);
 }
 
-/// Without texture coordinates there are no axes.
+/// Without texture coordinates there is no anisotropy.
 #[test]
 fn facets_without_coordinates_are_the_same_in_all_directions() {
     let image = |stretch: f64| {
@@ -298,7 +302,7 @@ fn facets_without_coordinates_are_the_same_in_all_directions() {
     assert_eq!(image(1.0), image(0.4));
 }
 
-/// What no warp sees is refused by name, and nothing else is.
+/// Discontinuities that the methods do not handle are refused by name, and nothing else is.
 #[test]
 fn moving_geometry_is_refused_where_jumps_are_lost() {
     let texels = vec![DVec3::splat(0.5); 4];
@@ -354,7 +358,7 @@ fn moving_geometry_is_refused_where_jumps_are_lost() {
     }
 }
 
-/// Within the cone a spot is a point light; beyond, it is dark.
+/// A spot light is a point light within its cone, and dark beyond.
 #[test]
 fn spots_are_point_lights_within_their_cone() {
     let mut d = cube(Material::diffuse("white", DVec3::ONE));
@@ -366,7 +370,7 @@ fn spots_are_point_lights_within_their_cone() {
     };
     let point = lit(Light::Point { id: "light".to_owned(), position, intensity });
     let mut spot = |beam: f64| {
-        // Along −z.
+        // The light points along −z.
         let (id, to_world) = ("light".to_owned(), DMat3::from_rotation_y(PI));
         lit(Light::Spot { id, position, to_world, intensity, cutoff: beam + 0.01, beam, texture: None })
     };

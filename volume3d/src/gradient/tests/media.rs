@@ -1,4 +1,4 @@
-//! Images of scenes with media, beside closed forms and quadratures; derivatives of them are refused.
+//! Tests of images of scenes with media against closed forms and quadrature; their derivatives are refused.
 
 use std::f64::consts::PI;
 
@@ -11,14 +11,14 @@ use crate::scene::{
     Boundary, Bsdf, Dielectric, Light, Medium, Microfacets, Reflectance, Roughness, Texture, Wrap,
 };
 
-/// Samples a pixel of one of the images behind a mean.
+/// Samples per pixel of one of the images behind a mean.
 const SAMPLES: usize = 256;
 
 fn medium(extinction: DVec3, albedo: DVec3, asymmetry: f64) -> Medium {
     Medium { id: "fog".to_owned(), extinction, albedo, asymmetry }
 }
 
-/// What all light passes.
+/// A material that transmits all light.
 fn clear() -> Material {
     let black = Bsdf::Diffuse { reflectance: Reflectance::Constant(DVec3::ZERO) };
     let opacity = Some(Reflectance::Constant(DVec3::ZERO));
@@ -31,7 +31,8 @@ fn glass(eta: f64) -> Material {
     Material::new("glass", Bsdf::Dielectric(glass), false)
 }
 
-/// A cube from −1 to 1 that a medium fills, seen from z = 5, by default within a millionth of a radian.
+/// A cube from −1 to 1 filled with a medium, seen from z = 5, by default with a field of view of a millionth
+/// of a radian.
 fn cube(material: Material, medium: Medium) -> Description {
     let camera = Camera::look_at(DVec3::new(0.1, 0.2, 5.0), DVec3::new(0.1, 0.2, 0.0), DVec3::Y, 1e-6);
     let mut d = Description::new(camera, film(1, Filter::Box));
@@ -46,7 +47,7 @@ fn sky(d: &mut Description, radiance: DVec3) {
     d.environment = Some(Environment::Constant { id: "sky".to_owned(), radiance });
 }
 
-/// The mean of the pixels of a scene over runs and its error, by channel.
+/// The mean of a scene's pixels over runs and its standard error, by channel.
 fn means(d: Description, samples: usize) -> [(f64, f64); 3] {
     let scene = Scene::new(d).unwrap();
     let mean = |seed| {
@@ -65,8 +66,8 @@ fn assert_near(found: DVec3, expected: DVec3) {
     assert!((found - expected).abs().max_element() < 1e-9, "{found} for {expected}");
 }
 
-/// Light that is absorbed only is what the transmittance leaves, without noise: through a slab, to a camera within a medium, and
-/// from a lamp in it.
+/// Pure absorption multiplies radiance by the transmittance, without noise: through a slab, to a camera
+/// within a medium, and from a lamp in it.
 #[test]
 fn absorption_is_exponential() {
     let sigma = DVec3::new(0.5, 1.0, 3.0);
@@ -75,7 +76,7 @@ fn absorption_is_exponential() {
     let mut slab = cube(clear(), medium(sigma, DVec3::ZERO, 0.0));
     sky(&mut slab, radiance);
     assert_near(pixel(slab.clone()), radiance * through(2.0));
-    // The same behind glass of no refraction, and through a second medium within the first.
+    // The same behind glass of refractive index 1, and through a second medium within the first.
     let mut matched = slab.clone();
     matched.materials[0] = glass(1.0);
     assert_near(pixel(matched), radiance * through(2.0));
@@ -84,10 +85,10 @@ fn absorption_is_exponential() {
     nested.add_shape("core", Mesh::cube().transformed(&at(0.0, 0.0, 0.1, 0.5)), 0);
     nested.shapes[1].boundary = Some(Boundary { interior: Some(1), exterior: Some(0) });
     assert_near(pixel(nested.clone()), radiance * through(1.0) * through(2.0));
-    // A surface in the midst of a medium changes nothing.
+    // A surface inside a medium that is not a boundary changes nothing.
     nested.shapes[1].boundary = None;
     assert_near(pixel(nested), radiance * through(2.0));
-    // From within, and of a lamp.
+    // Camera within the medium, and a lamp in it.
     let mut within = slab;
     (within.camera_medium, within.camera.origin.z) = (Some(0), 0.5);
     assert_near(pixel(within.clone()), radiance * through(1.5));
@@ -97,8 +98,9 @@ fn absorption_is_exponential() {
     assert_near(pixel(within), DVec3::ZERO);
 }
 
-/// What loses no light is not seen before a uniform sky, whatever it does to directions: for clear boundaries, for those of no
-/// refraction, and for glass; with the sky as a constant or a map, which next-event estimation chooses.
+/// White furnace test: a medium that absorbs nothing is invisible against a uniform sky, however it scatters.
+/// Boundaries are clear, index-matched, or glass; the sky is a constant or a map, which next-event estimation
+/// samples.
 #[test]
 fn a_medium_that_absorbs_nothing_is_not_seen_in_a_furnace() {
     let mut comparisons = Comparisons::of("a_medium_that_absorbs_nothing_is_not_seen_in_a_furnace");
@@ -136,14 +138,15 @@ fn a_medium_that_absorbs_nothing_is_not_seen_in_a_furnace() {
     comparisons.finish();
 }
 
-/// How far a point within the cube from −1 to 1 is from its border, towards another point.
+/// Distance from a point in the cube from −1 to 1 to the cube's border, in a direction.
 fn way_out(x: DVec3, towards: DVec3) -> f64 {
     let far = (towards.signum() - x) / towards;
     far.min_element()
 }
 
-/// ∫ σα p(cos θ) e^{−σ(t + s)} E dt along the axis of view through the cube, with s the way that light from y has in it and E
-/// what it is worth without a medium, by the midpoint rule.
+/// Single scattering ∫ σα p(cos θ) e^{−σ(t + s)} E dt along the view axis through the cube, by the midpoint
+/// rule. Here s is the length inside the cube of the segment towards the light at y, and E the irradiance
+/// without a medium, `worth`.
 fn scattered_once(fog: &Medium, y: DVec3, worth: impl Fn(DVec3) -> f64) -> DVec3 {
     let n = 2000;
     let step = 2.0 / f64::from(n);
@@ -152,7 +155,7 @@ fn scattered_once(fog: &Medium, y: DVec3, worth: impl Fn(DVec3) -> f64) -> DVec3
         let x = DVec3::new(0.1, 0.2, 1.0 - t);
         let way = (y - x).normalize();
         let s = way_out(x, way);
-        // Light comes along −way and goes on along z.
+        // Light travels along −way before scattering and along z after.
         let (g, cosine) = (fog.asymmetry, -way.z);
         let phase = (1.0 - g * g) / (4.0 * PI * (1.0 + g * g - 2.0 * g * cosine).powf(1.5));
         fog.extinction * fog.albedo * (-fog.extinction * (t + s)).exp() * (phase * worth(x) * step)
@@ -160,7 +163,7 @@ fn scattered_once(fog: &Medium, y: DVec3, worth: impl Fn(DVec3) -> f64) -> DVec3
     (0..n).map(at).sum()
 }
 
-/// Light of a point, of the sun and of a lamp that is scattered once, against a quadrature.
+/// Single scattering of light from a point, from the sun and from a lamp, against quadrature.
 #[test]
 fn light_scattered_once_is_its_integral() {
     let mut comparisons = Comparisons::of("light_scattered_once_is_its_integral");
@@ -190,7 +193,7 @@ fn light_scattered_once_is_its_integral() {
     });
     compare("the sun", found, scattered_once(&fog, -1e9 * direction, |_| 3.0));
 
-    // A lamp of 1.2 by 1.2 above the cube, looking down.
+    // A lamp of 1.2 by 1.2 above the cube, facing down.
     let found = once(&|d| {
         d.add_emitter(
             "lamp",
@@ -213,7 +216,8 @@ fn light_scattered_once_is_its_integral() {
     comparisons.finish();
 }
 
-/// A room of fog is the same whether it is one medium or two alike, one within the other, and whatever its unit of length.
+/// A room of fog gives the same image as one medium or as two equal ones, one within the other, and in any
+/// unit of length.
 #[test]
 fn a_medium_is_the_sum_of_its_parts() {
     let mut comparisons = Comparisons::of("a_medium_is_the_sum_of_its_parts");
@@ -250,8 +254,8 @@ fn a_medium_is_the_sum_of_its_parts() {
     comparisons.finish();
 }
 
-/// A medium that loses nothing is empty space: what the path tracer through media finds in a room of glass, metal, lamps, parallel
-/// light and sky is what the one between surfaces finds.
+/// A medium of zero extinction is empty space: in a room of glass, metal, lamps, directional light and sky,
+/// the volumetric path tracer agrees with the surface path tracer.
 #[test]
 fn a_medium_that_loses_nothing_is_empty_space() {
     let mut comparisons = Comparisons::of("a_medium_that_loses_nothing_is_empty_space");
@@ -287,8 +291,8 @@ fn a_medium_that_loses_nothing_is_empty_space() {
     comparisons.finish();
 }
 
-/// Every method but finite differences refuses a scene with a medium, whatever changes; these have the derivative of the
-/// transmittance.
+/// Every method except finite differences refuses a scene with a medium, whatever changes; finite differences
+/// give the derivative of the transmittance.
 #[test]
 fn media_have_no_derivatives_but_differences() {
     let sigma = DVec3::new(0.5, 1.0, 3.0);
@@ -329,5 +333,5 @@ fn media_have_no_derivatives_but_differences() {
     ] {
         assert_eq!(error.as_ref(), Some(&refused));
     }
-    assert!(refused.to_string().starts_with("medium `fog` fills a part of the scene"), "{refused}");
+    assert!(refused.to_string().starts_with("the scene contains medium `fog`"), "{refused}");
 }

@@ -1,9 +1,9 @@
-//! Jumps that nothing follows, left out because they may be.
+//! Tests of discontinuities that a method does not handle and leaves out with permission.
 
 use super::*;
 use crate::scene::{Bsdf, Light, Reflectance};
 
-/// A square that emits, above a floor.
+/// A square emitter above a floor.
 fn above_a_floor(bsdf: Bsdf) -> Scene {
     let camera = Camera::look_at(DVec3::ZERO, DVec3::new(0.0, -0.3, -3.0), DVec3::Y, 0.9);
     let mut d = Description::new(camera, film(8, Filter::Box));
@@ -24,7 +24,8 @@ fn edges(samples: usize, seed: u64, missing: &[Missing]) -> EdgeSampling {
     EdgeSampling { samples, primary, secondary, bounces: secondary, seed, allow_missing: missing.to_vec() }
 }
 
-/// What moves is followed where it is seen directly, to the bit as if there were no mirror, and stands still in the mirror.
+/// The part seen directly is differentiated, bitwise as if there were no mirror; the part seen in the mirror
+/// has derivative zero.
 #[test]
 fn a_mirror_shows_what_stands_still() {
     let (mirror, black) = (
@@ -40,7 +41,7 @@ fn a_mirror_shows_what_stands_still() {
     assert_eq!(direct.left_out, []);
     let (shape, material) = ("floor".to_owned(), "floor".to_owned());
     assert_eq!(found.left_out, [Unsupported::Mirror { shape, material }]);
-    // What is left out is there: the image in the mirror moves, by differences.
+    // Finite differences show that the part left out is nonzero: the image in the mirror moves.
     let differences = FiniteDifference { samples: 256, step: 1e-2, seed: 0 };
     let whole = differences.forward(&mirror, &change, &Progress::none()).unwrap().gradient;
     let below = |image: &Image| image.pixels[40..].iter().map(|p| p.x.abs()).sum::<f64>();
@@ -52,8 +53,8 @@ fn a_mirror_shows_what_stands_still() {
     assert!(mirror_is_refused(refused(&[])) && mirror_is_refused(refused(&[Missing::Transmission])));
 }
 
-/// A point light at the camera: all shadows are hidden behind what casts them, and nothing is left out that could be seen.
-/// Where the light stands aside, something is: the control.
+/// With a point light at the camera all shadows are hidden behind their occluders, so that nothing visible is
+/// left out. Control: a light away from the camera, where visible shadows are.
 #[test]
 fn a_point_light_at_the_camera_casts_no_shadow_that_is_seen() {
     let lit_from = |position: DVec3| {
@@ -90,7 +91,7 @@ fn a_point_light_at_the_camera_casts_no_shadow_that_is_seen() {
     comparisons.finish();
 }
 
-/// Forward and reverse leave out the same.
+/// Forward and reverse leave out the same terms.
 #[test]
 fn what_is_left_out_is_left_out_of_the_transpose() {
     let scene = above_a_floor(mirror());

@@ -1,4 +1,4 @@
-//! Two materials in one: mixed, or on two sides.
+//! Tests of materials made of two: mixtures, and separate front and back sides.
 
 use std::f64::consts::PI;
 
@@ -33,7 +33,7 @@ fn glass(eta: f64, alpha: Option<f64>) -> Bsdf {
     Bsdf::Dielectric(Dielectric { eta, facets, specular_reflectance: DVec3::ONE, specular_transmittance })
 }
 
-/// A sheet that fills the film below a lamp and a sky, of two materials by a weight.
+/// A sheet that fills the film below a lamp and a sky, with a mixture of two materials.
 fn sheet([first, second]: [Bsdf; 2], weight: Value) -> Description {
     let camera = Camera::look_at(DVec3::new(0.0, 0.5, 3.0), DVec3::ZERO, DVec3::Y, 0.3);
     let mut d = Description::new(camera, film(4, Filter::Tent { radius: 1.0 }));
@@ -52,7 +52,7 @@ fn sheet([first, second]: [Bsdf; 2], weight: Value) -> Description {
     d
 }
 
-/// What is reflected once is as much of both materials as the weight says, mirrors among them.
+/// Light reflected once is the mean of the two materials by the mixture weight, also for mirrors.
 #[test]
 fn a_mixture_is_the_mean_of_its_materials() {
     let mut comparisons = Comparisons::of("a_mixture_is_the_mean_of_its_materials");
@@ -82,8 +82,8 @@ fn a_mixture_is_the_mean_of_its_materials() {
     comparisons.finish();
 }
 
-/// A sheet turns in its own plane whose texture says how much there is of two materials, or how rough it is. What stays behind is
-/// the control: that of the same sheet, constant.
+/// A sheet turns in its own plane with a texture for its mixture weight or its roughness. Control: the same
+/// sheet without texture.
 #[test]
 fn weights_and_roughnesses_move_with_their_surface() {
     let mut comparisons = Comparisons::of("weights_and_roughnesses_move_with_their_surface");
@@ -137,7 +137,7 @@ fn weights_and_roughnesses_move_with_their_surface() {
     comparisons.finish();
 }
 
-/// A mirror in a mixture or on a back refuses what a mirror does.
+/// A mirror in a mixture or on a back side is refused like any other mirror.
 #[test]
 fn mirrors_in_mixtures_are_refused_too() {
     let scene = Scene::new(sheet([colour(DVec3::ONE), metal(None)], Value::Constant(0.5))).unwrap();
@@ -148,7 +148,7 @@ fn mirrors_in_mixtures_are_refused_too() {
     assert_eq!(found, Some(GradientError::Unsupported(Unsupported::Mirror { shape, material })));
 }
 
-/// Each side looks like a sheet of its material alone.
+/// Each side looks like a sheet of its own material.
 #[test]
 fn backs_have_their_own_material() {
     let look = |d: &Description, z: f64| {

@@ -1,4 +1,4 @@
-//! The simplest scenes with known answers.
+//! Tests of gradients on simple scenes with known answers.
 
 mod camera;
 mod coincident;
@@ -35,7 +35,7 @@ pub(super) use scenes::{
     at, down, film, filters, random_adjoint, random_tangent, rate_of_square, room, square, up,
 };
 
-/// Independent runs of statistical tests.
+/// Independent runs of the statistical test.
 const SHARED_RUNS: u64 = 2048;
 
 #[test]
@@ -49,7 +49,7 @@ fn the_edge_of_a_square_moves_its_area() {
             let method = WarpedArea { samples: 16, seed, ..WarpedArea::default() };
             method.forward(&scene, &change, &Progress::none()).unwrap().gradient.pixels
         });
-        // Gaussians cut off are no partition of unity: their sum over pixels is 1 to about a thousandth.
+        // Truncated Gaussians are not a partition of unity: their sum over pixels is 1 to about a thousandth.
         let slack = if matches!(filter, Filter::Gaussian { .. }) { 2e-3 } else { 1e-9 };
         let exact = rate_of_square();
         comparisons.add(format!("{filter:?}"), found, (exact, 0.0), slack * exact, exact);
@@ -57,8 +57,8 @@ fn the_edge_of_a_square_moves_its_area() {
     comparisons.finish();
 }
 
-/// At the optimum of a squared loss the mean gradient is 0: its image and its derivative must not share samples. The
-/// image that comes with a gradient of the same seed does, and is the control.
+/// At the optimum of a squared loss the mean gradient is 0 only if the image and its derivative do not share
+/// samples. Control: the image computed with a gradient of the same seed, which shares them.
 #[test]
 fn an_image_and_a_gradient_of_one_seed_are_independent() {
     let scene = room(Filter::Tent { radius: 1.0 });
@@ -87,7 +87,7 @@ fn an_image_and_a_gradient_of_one_seed_are_independent() {
     assert!(control > 8.0 * error + 4.0 * noise, "the control: {control} ± {noise}");
 }
 
-/// Beside a mesh and two implicit surfaces, one of which has a waist, whichever moves, or the camera, or nothing.
+/// A mesh and two implicit surfaces, one of which is concave; any of them moves, or the camera, or nothing.
 #[test]
 fn images_do_not_depend_on_what_moves() {
     let mut d = Description::new(
@@ -113,9 +113,10 @@ fn images_do_not_depend_on_what_moves() {
     assert!(changes[1..].iter().all(|change| image(change) == still));
 }
 
-/// A block of smooth normals, whose faces are far from them: many directions that its points shade are below their
-/// faces, and auxiliary rays there leave the block at once, through the next face. Points slide over it as the film's
-/// warp moves them. Debiased rays must find what the mean over jumps finds, with errors of the same size.
+/// A block with smooth shading normals that deviate far from its faces: many shading directions are below the
+/// faces, and auxiliary rays in such directions leave the block at once through the next face. Shading points
+/// slide over it with the film's warp. Debiased auxiliary rays must agree with the mean over discontinuities,
+/// with errors of the same size.
 #[test]
 fn rays_below_a_face_do_no_harm() {
     let camera = Camera::look_at(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, 0.7);
@@ -149,8 +150,8 @@ fn rays_below_a_face_do_no_harm() {
     assert!(noise < 3.0 * error, "{noise} {error}");
 }
 
-/// The stated errors of totals, blocks and pixels are the scatter over seeds; for totals the root of the
-/// sum of squares of pixels' errors is not.
+/// Standard errors of totals, blocks and pixels equal the standard deviation over seeds. For totals, the root
+/// of the sum of the squared errors of pixels does not.
 #[test]
 fn errors_of_totals_are_the_scatter_over_seeds() {
     let mut d = room(Filter::Tent { radius: 1.0 }).description().clone();
@@ -177,8 +178,8 @@ fn errors_of_totals_are_the_scatter_over_seeds() {
         };
         let of_channel = |k: usize, c: usize| scatter(&|i| i.gradient.pixels[k][c]);
         let of_pixels: f64 = (0..144).map(|k| (0..3).map(|c| of_channel(k, c)).sum::<f64>()).sum();
-        // The scatter is known to 6 % (500 seeds), the stated to 2 % (500 times 7 degrees of freedom), or twice that
-        // where tails are longer than a normal's: 30 % is what is seen.
+        // The variance over seeds is known to 6 % (500 seeds), the estimated variance to 2 % (500 times 7
+        // degrees of freedom), or twice that with tails heavier than normal: the test detects 30 %.
         let ratios = [
             mean(&|i| i.regions.total_error.x.powi(2)) / scatter(&|i| i.regions.total.x),
             mean(&|i| i.regions.sum_error.powi(2)) / scatter(&|i| i.regions.total.element_sum()),
@@ -201,7 +202,7 @@ fn errors_of_totals_are_the_scatter_over_seeds() {
     check("edge sampling", true, &edges);
 }
 
-/// The same for pixels whose noise comes from samples of curves alone.
+/// The same for pixels whose noise comes from curve samples alone.
 #[test]
 fn errors_of_curves_are_the_scatter_over_seeds() {
     let scene = square(Filter::Tent { radius: 1.0 });
@@ -225,8 +226,8 @@ fn errors_of_curves_are_the_scatter_over_seeds() {
     assert!(scatter > 0.0 && (stated / scatter - 1.0).abs() < 0.3, "{stated} for {scatter}");
 }
 
-/// Everything emits e and reflects a: radiance e/(1 − a). Roulette begins late, when few paths are left, or
-/// at once: then a bias of 2 % in the weight of what survives is seen.
+/// All surfaces emit e and reflect a: radiance e/(1 − a). Russian roulette begins late, when few paths are
+/// left, or at once; then the test detects a bias of 2 % in the weight of the surviving paths.
 #[test]
 fn a_closed_white_box_glows_as_the_series_says() {
     let camera = Camera::look_at(DVec3::new(0.2, 0.1, 0.3), DVec3::X, DVec3::Y, 1.2);
@@ -248,7 +249,7 @@ fn a_closed_white_box_glows_as_the_series_says() {
         let error = errors.iter().map(|e| e.x * e.x).sum::<f64>().sqrt() / 16.0;
         println!("roulette from {rr_depth}: {mean} ± {error}");
         assert!((mean - 2.0).abs() < 5.0 * error, "{mean} ± {error}");
-        // Short of 2 % from the first bounce on it would be 1/(1 − .49).
+        // A loss of 2 % from the first bounce on would give 1/(1 − .49).
         assert!(rr_depth > 1 || 10.0 * error < 0.04, "± {error}");
     }
 }
@@ -261,8 +262,9 @@ fn an_image_without_samples_is_refused() {
     assert_eq!(error, GradientError::Samples { samples: 0, least: 1 });
 }
 
-/// Behind a black wall a path has no value, but the derivative by that wall's reflectance: the light that arrives there, and
-/// with it that of all walls that lit it. Russian roulette, which goes by the value, must not end it.
+/// Behind a black wall a path has throughput 0, but its derivative by the wall's reflectance is the radiance
+/// arriving there, with the contributions of all walls that light it. Russian roulette, which depends on the
+/// throughput, must not end such paths.
 #[test]
 fn russian_roulette_spares_paths_behind_black_walls() {
     let room = |rr_depth| {
@@ -290,7 +292,7 @@ fn russian_roulette_spares_paths_behind_black_walls() {
     let mut comparisons = Comparisons::of("russian_roulette_spares_paths_behind_black_walls");
     let (found, reference) = (derivative(2), derivative(100));
     comparisons.add("rr_depth 2".to_owned(), found, reference, 0.0, reference.0);
-    // What is found if paths end there is the light that the walls emit.
+    // If paths ended there, the result would be the walls' emission alone.
     comparisons.reject("emission alone", (12.0, 0.0), reference);
     comparisons.finish();
 }

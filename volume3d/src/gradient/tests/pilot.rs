@@ -1,4 +1,4 @@
-//! What a pilot foresees, and what it chooses.
+//! Tests of the pilot's error estimates and of its choice of method.
 
 use super::*;
 use crate::gradient::{Field, Method, Pilot, Survey};
@@ -27,7 +27,7 @@ fn block() -> Mesh {
     Mesh::cube().transformed(&(at(0.0, 0.0, 0.7, 0.3) * DAffine3::from_rotation_z(0.4)))
 }
 
-/// A ball with so many waves that most of its edges are silhouettes somewhere.
+/// A ball with so many waves that most of its edges are silhouettes from somewhere.
 fn rough_ball() -> Mesh {
     let (rows, columns) = (120u32, 240u32);
     let mut positions = vec![];
@@ -52,7 +52,7 @@ fn rough_ball() -> Mesh {
     Mesh::new(positions, triangles).unwrap().transformed(&at(0.0, 0.0, 0.7, 1.0))
 }
 
-/// The squared error of a method's image, from several.
+/// The squared error of a method's image, estimated from several runs.
 fn measured(method: &Method, scene: &Scene, change: &Tangent) -> f64 {
     const RUNS: u64 = 8;
     let run = |seed| method.with_seed(seed).forward(scene, change, &Progress::none()).unwrap().gradient;
@@ -64,8 +64,9 @@ fn measured(method: &Method, scene: &Scene, change: &Tangent) -> f64 {
     (0..images[0].pixels.len()).map(of_pixel).sum()
 }
 
-/// The noise of both candidates is about what the pilot foresees, and the one that errs less is chosen: edge sampling where there are few
-/// edges, the field where there are many. Of several views samples are not spread over the film, and of one they are.
+/// The measured error of both candidates is close to the pilot's estimate, and the one with the smaller error
+/// is chosen: edge sampling where there are few edges, the field where there are many. Samples are allocated
+/// over the film for one view, and uniformly for several.
 #[test]
 fn a_pilot_foresees_errors() {
     let none = Progress::none();
@@ -92,7 +93,7 @@ fn a_pilot_foresees_errors() {
             let error = views as f64 * measured(&candidate.method, &scene, &change);
             let ratio = error / candidate.expected_squared_error;
             println!("{name}: {}: measured {ratio:.2} times what was expected", candidate.method);
-            // Samples of the area are stratified, of which a pilot of two knows nothing.
+            // Area samples are stratified, which a pilot of two samples cannot take into account.
             assert!((0.33..2.5).contains(&ratio), "{name}: {}: {ratio}", candidate.method);
             error
         });
@@ -101,7 +102,7 @@ fn a_pilot_foresees_errors() {
     }
 }
 
-/// Whatever the number of threads.
+/// The choice is the same for any number of threads.
 #[test]
 fn a_pilot_chooses_alike_on_any_number_of_threads() {
     let scene = scene(24, block());
@@ -115,7 +116,7 @@ fn a_pilot_chooses_alike_on_any_number_of_threads() {
     assert_eq!(choices[0], choices[1]);
 }
 
-/// Nothing of any kind of sample would leave a part of the derivative out.
+/// A sample count of zero for any kind of sample would leave out part of the derivative and is refused.
 #[test]
 fn none_of_a_kind_is_refused() {
     let scene = scene(8, block());
@@ -129,7 +130,7 @@ fn none_of_a_kind_is_refused() {
     }
 }
 
-/// A cube under a sky, and nothing else: no shading point sees an edge before anything.
+/// A cube under a sky, and nothing else: no shading point sees an edge in front of another surface.
 fn lone_cube() -> (Scene, Tangent) {
     let camera = Camera::look_at(DVec3::new(0.0, -6.0, 3.0), DVec3::ZERO, DVec3::Z, 0.6);
     let mut d = Description::new(camera, film(16, Filter::Tent { radius: 1.0 }));
@@ -144,8 +145,8 @@ fn lone_cube() -> (Scene, Tangent) {
     (scene, change)
 }
 
-/// A strip of the penumbra of a small lamp, in which an occluder's edge passes the lamp's outline: the
-/// exact mean has heavy tails there.
+/// A strip of the penumbra of a small lamp, in which an occluder's edge crosses the lamp's outline: the exact
+/// mean has heavy tails there.
 fn strip_of_penumbra() -> (Scene, Tangent) {
     let camera = Camera::look_at(DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO, DVec3::Y, 1.0);
     let of_pixels = Film {
@@ -169,8 +170,9 @@ fn strip_of_penumbra() -> (Scene, Tangent) {
     (scene, change)
 }
 
-/// Of a kind of curve that there is nowhere nothing is ever seen, and edge sampling is chosen all the same
-/// where it should err four times less. A control: the other methods do err so many times as much.
+/// A kind of curve that is absent from the scene never yields a contribution, and does not exclude edge
+/// sampling, whose error should be four times smaller here. Control: the other methods do have four times the
+/// error.
 #[test]
 fn what_is_nowhere_shuts_nothing_out() {
     let (scene, change) = lone_cube();
@@ -182,7 +184,7 @@ fn what_is_nowhere_shuts_nothing_out() {
     assert!(errors[1..].iter().all(|error| *error > 4.0 * errors[0]), "{errors:?}");
 }
 
-/// In a penumbra the exact mean is taken in none of 64 runs, however few samples see of its tails.
+/// In a penumbra the exact mean is chosen in none of 64 runs, however few of its samples reach the tails.
 #[test]
 fn the_exact_mean_is_not_chosen_in_a_penumbra() {
     let (scene, change) = strip_of_penumbra();
@@ -194,8 +196,8 @@ fn the_exact_mean_is_not_chosen_in_a_penumbra() {
     assert_eq!(chosen, [0; 4]);
 }
 
-/// Where listing edges would take longer than a quarter of what is asked for nothing is tried, and more
-/// samples are worth it.
+/// If listing the edges would take longer than a quarter of the requested samples, no pilot is run; with more
+/// samples it is.
 #[test]
 fn there_is_no_pilot_in_haste() {
     let scene = scene(16, rough_ball());
@@ -210,7 +212,7 @@ fn there_is_no_pilot_in_haste() {
     assert!(!many.in_haste && many.candidates.len() == 3);
 }
 
-/// Where nothing is seen to change, all trials fail, and it is said.
+/// If no trial finds a change, all of them fail, and the choice reports it.
 #[test]
 fn what_no_trial_finds_is_said() {
     let scene = scene(12, block());
@@ -224,7 +226,7 @@ fn what_no_trial_finds_is_said() {
     assert!(choose(&black).is_lost && !choose(&Image::constant(12, 12, DVec3::ONE)).is_lost);
 }
 
-/// Before a glossy surface edge sampling is not tried.
+/// Edge sampling is not tried with a glossy surface in the scene.
 #[test]
 fn glossy_surfaces_are_not_for_edge_sampling() {
     let glossy = room(Filter::Box);
@@ -242,7 +244,8 @@ fn glossy_surfaces_are_not_for_edge_sampling() {
     assert_eq!([count(&diffuse), count(&glossy)], [2, 1]);
 }
 
-/// In reverse the pilot looks where the adjoint does; and where nothing is to be chosen it is the exact mean.
+/// In reverse mode the pilot weights its estimates by the adjoint; where there is nothing to choose it
+/// returns the exact mean.
 #[test]
 fn a_pilot_of_a_transpose() {
     let scene = scene(24, block());

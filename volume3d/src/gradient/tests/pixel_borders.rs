@@ -1,4 +1,4 @@
-//! Edges that are seen exactly along the borders of box pixels.
+//! Tests of edges that coincide with borders of box-filtered pixels.
 
 use glam::DVec3;
 
@@ -10,8 +10,8 @@ use crate::gradient::{
 };
 use crate::scene::{Camera, Description, Filter, Scene};
 
-/// A square of radiance 1 that covers pixels 4 to 11 of 16 both ways, moved to the right by a part of a
-/// pixel.
+/// A square of radiance 1 that covers pixels 4 to 11 of 16 in both directions, moved to the right by a
+/// fraction of a pixel.
 fn scene(moved: f64, filter: Filter) -> Scene {
     let camera = Camera::look_at(DVec3::new(0.0, 0.0, 4.0), DVec3::ZERO, DVec3::Y, 2.0 * 0.25_f64.atan());
     let mut d = Description::new(camera, film(16, filter));
@@ -22,7 +22,7 @@ fn scene(moved: f64, filter: Filter) -> Scene {
 
 type Run<'r> = &'r dyn Fn(&Scene, &Tangent) -> GradientImage;
 
-/// Every method, by a name.
+/// Calls `f` with every method and its name.
 fn each_method(mut f: impl FnMut(&str, Run<'_>)) {
     let none = Progress::none();
     let (film, lobe) = (1.2, 0.5);
@@ -39,7 +39,7 @@ fn each_method(mut f: impl FnMut(&str, Run<'_>)) {
     f("finite differences", &|scene, change| method.forward(scene, change, &none).unwrap());
 }
 
-/// The mean derivative of the pixels of a column beside no corner of the square, and its standard error.
+/// The mean derivative of a column's pixels away from the square's corners, and its standard error.
 fn of_column(image: &GradientImage, x: usize) -> (f64, f64) {
     let rows = 5..11;
     let mean = rows.clone().map(|y| image.gradient.pixels[y * 16 + x].x).sum::<f64>() / 6.0;
@@ -47,9 +47,9 @@ fn of_column(image: &GradientImage, x: usize) -> (f64, f64) {
     (mean, error)
 }
 
-/// Of pixels on both sides, the mean of the derivatives to both sides, by every method; and that of one side
-/// where the edge is a millionth of a pixel away. A method that gave either pixel all of it, or a part of a
-/// softened field to the wrong one, would be off by half of it.
+/// Pixels on both sides of the border have the mean of the two one-sided derivatives, by every method; with
+/// the edge a millionth of a pixel away they have one of them. A method that gave all to one pixel, or a part
+/// of a softened field to the wrong one, would be off by half.
 #[test]
 fn pixels_on_both_sides_have_the_mean_of_one_sided_derivatives() {
     for (moved, [inner, outer]) in [(0.0, [0.5, 0.5]), (1e-15, [0.5, 0.5]), (1e-6, [0.0, 1.0])] {
@@ -63,7 +63,7 @@ fn pixels_on_both_sides_have_the_mean_of_one_sided_derivatives() {
             let one_sided = moved > 1e-9 && name == "finite differences";
             for (change, left) in [(&right, -1.0), (&grows, 1.0)] {
                 let image = run(&scene, change);
-                // Edges at 4 and 12, which a little to the right are within pixels 4 and 12.
+                // Edges at 4 and 12; moved a little to the right they lie within pixels 4 and 12.
                 let expected = [left * outer, left * inner, inner, outer];
                 let at = if moved > 1e-9 { [4, 3, 11, 12] } else { [3, 4, 11, 12] };
                 for (x, expected) in at.into_iter().zip(expected).filter(|_| !one_sided) {
@@ -85,7 +85,7 @@ fn pixels_on_both_sides_have_the_mean_of_one_sided_derivatives() {
     }
 }
 
-/// On both sides of an edge as elsewhere.
+/// Forward and reverse mode are transposes also for edges on pixel borders.
 #[test]
 fn on_borders_reverse_is_the_transpose_of_forward() {
     let scene = scene(0.0, Filter::Box);
@@ -104,7 +104,7 @@ fn on_borders_reverse_is_the_transpose_of_forward() {
     assert!((across - along).abs() < 1e-9 * across.abs(), "{across} {along}");
 }
 
-/// On a border, near one, away from all, and under a filter that does not jump.
+/// Edges on a border, near one, away from all, and under a continuous filter.
 #[test]
 fn edges_along_borders_are_told() {
     let of = |moved, filter| OnPixelBorders::of(&scene(moved, filter));
@@ -115,7 +115,7 @@ fn edges_along_borders_are_told() {
         matches!(near[..], [OnPixelBorders { edges: 4, distance, .. }] if (distance / 1e-6 - 1.0).abs() < 1e-6),
         "{near:?}"
     );
-    // Two of four still are.
+    // Two of the four edges still lie on borders.
     assert!(matches!(of(0.3, Filter::Box)[..], [OnPixelBorders { edges: 2, .. }]));
     assert_eq!(of(0.0, Filter::Tent { radius: 1.0 }), []);
 }

@@ -1,4 +1,4 @@
-//! The simplest scenes.
+//! Simple test scenes.
 
 use flatland::random::{open01, stream};
 use glam::{DAffine3, DQuat, DVec3};
@@ -33,7 +33,7 @@ pub(crate) fn square(filter: Filter) -> Scene {
     Scene::new(d).unwrap()
 }
 
-/// A room with a lamp and a block, some walls glossy, some smooth.
+/// A room with a lamp and a block; some walls are glossy, and some meshes have smooth normals.
 pub(crate) fn room(filter: Filter) -> Scene {
     let camera = Camera::look_at(DVec3::new(0.1, 0.2, 2.5), DVec3::ZERO, DVec3::Y, 0.9);
     let mut d = Description::new(camera, film(6, filter));
@@ -68,7 +68,7 @@ pub(crate) fn down() -> DAffine3 {
     DAffine3::from_rotation_x(-std::f64::consts::FRAC_PI_2)
 }
 
-/// An adjoint for so many pixels.
+/// A random adjoint image of the given size.
 pub(crate) fn random_adjoint((width, height): (usize, usize)) -> Image {
     let mut rng = stream(5, &[]);
     let mut random = || DVec3::from_array(std::array::from_fn(|_| open01(&mut rng) - 0.5));
@@ -88,10 +88,11 @@ pub(crate) fn random_tangent(scene: &Scene, seed: u64) -> Tangent {
     change
 }
 
-/// The sum of all pixels of [`square`] is radiance times area: a scaled square's area changes at twice its rate.
+/// Derivative of the sum of all pixels of [`square`] by a uniform scale. The sum is radiance times area, and
+/// the area changes at twice the rate of the scale.
 pub(crate) fn rate_of_square() -> f64 {
     let focal = 3.0 / 0.5_f64.tan();
     let area = (1.4 * focal / 3.0_f64).powi(2);
-    // Of three equal channels.
+    // Sum of three equal channels.
     3.0 * 2.0 * area * 1.5
 }

@@ -1,11 +1,11 @@
-//! Softened fields before lights of all kinds, beside edge sampling and differences.
+//! Tests of softened fields with lights of all kinds, against edge sampling and differences.
 
 use super::*;
 use crate::gradient::Field;
 use crate::scene::{Environment, Light};
 
-/// A ground and a plate before it that the camera sees, under a block that emits, which hides a second one and the sun from parts of
-/// the ground.
+/// A ground and a plate in front of it in view of the camera, under an emitting block that hides a second one
+/// and the sun from parts of the ground.
 fn scene() -> Description {
     let camera = Camera::look_at(DVec3::new(0.0, 0.3, 3.0), DVec3::ZERO, DVec3::Y, 0.4);
     let mut d = Description::new(camera, film(3, Filter::Tent { radius: 1.0 }));
@@ -62,8 +62,8 @@ fn softened_fields_follow_shadows_and_outlines_of_all_lights() {
     comparisons.finish();
 }
 
-/// An octahedron that is sunk in a plane up to its ring of edges moves in it: the waterline is a crossing along folds, and no
-/// silhouette where both faces of a fold are turned to the camera.
+/// An octahedron, immersed in a plane up to its ring of edges, moves in it. The waterline is an intersection
+/// along folds, and no silhouette where both faces of a fold face the camera.
 #[test]
 fn softened_fields_leave_waterlines_to_curves() {
     let camera = Camera::look_at(DVec3::new(0.3, -2.6, 2.2), DVec3::new(0.0, 0.0, 1.0), DVec3::Z, 0.55);
@@ -97,8 +97,8 @@ fn softened_fields_leave_waterlines_to_curves() {
     comparisons.finish();
 }
 
-/// A ground with a wall beside it, under a sky and a faint lamp, with a block and a plate above what the camera sees of it: what bounces see
-/// jumps at both, before the wall and before the sky.
+/// A ground with a wall at its side, under a sky and a faint lamp, with a block and a plate above the visible
+/// part of the ground: radiance after bounces is discontinuous at both, in front of the wall and of the sky.
 fn room() -> Scene {
     let camera = Camera::look_at(DVec3::new(0.0, -0.6, 0.45), DVec3::new(0.0, -0.1, 0.0), DVec3::Z, 0.6);
     let mut d = Description::new(camera, film(3, Filter::Tent { radius: 1.0 }));
@@ -117,7 +117,7 @@ fn room() -> Scene {
     Scene::new(d).unwrap()
 }
 
-/// What bounces see, with samples of what the softened field leaves of it and without, beside the exact mean.
+/// Bounce terms with and without samples of the softened field's residual, against the exact mean.
 #[test]
 fn softened_fields_follow_what_bounces_see() {
     let (scene, none) = (room(), Progress::none());
@@ -145,7 +145,7 @@ fn softened_fields_follow_what_bounces_see() {
         let run = |seed| method(softness, 8000, seed).forward(&scene, &change, &none).unwrap().gradient;
         total(|seed| weighted(run(seed)))
     };
-    // The field of a method that samples the curves, in one that does not.
+    // The field of a method with curve samples, used without them.
     let left_out = total(|seed| {
         let construction = method(f64::INFINITY, 1, seed).construction(&scene);
         let without = method(f64::INFINITY, 0, seed);
@@ -163,7 +163,7 @@ fn softened_fields_follow_what_bounces_see() {
     comparisons.finish();
 }
 
-/// The transpose of the same, to rounding.
+/// The transpose of the same terms, to rounding.
 #[test]
 fn softened_fields_of_bounces_are_transposed() {
     let (scene, none) = (room(), Progress::none());

@@ -1,4 +1,4 @@
-//! What the camera sees at the samples of a cell, looked up for many of them at once.
+//! Camera rays of a cell's samples, traced in groups.
 
 use std::ops::Range;
 
@@ -8,10 +8,10 @@ use crate::gradient::film::FilmPlane;
 use crate::gradient::groups::CellNumbers;
 use crate::scene::{Hit, Scene};
 
-/// So many rays go through the hierarchy together.
+/// Rays traced together through the hierarchy.
 const TOGETHER: usize = 16;
 
-/// The rays of some samples of a cell.
+/// Rays of some samples of a cell.
 #[derive(Default)]
 pub(super) struct CameraRays {
     cell: (usize, usize),
@@ -21,7 +21,8 @@ pub(super) struct CameraRays {
 }
 
 impl CameraRays {
-    /// The ray of one of so many samples of a cell, given the numbers of its paths, and its hit: those that it has alone, bit for bit.
+    /// Ray and hit of one sample of a cell, given the random numbers of its paths: bit for bit those of a ray
+    /// traced alone.
     pub(super) fn of(
         &mut self,
         scene: &Scene,
@@ -49,7 +50,7 @@ mod tests {
     use crate::gradient::tests::scenes::square;
     use crate::scene::Filter;
 
-    /// Of more samples than go together, cell after cell, and again those of a cell before.
+    /// More samples than are traced together, cell after cell, and a previous cell again.
     #[test]
     fn rays_of_a_cell_are_those_one_by_one() {
         let scene = square(Filter::Tent { radius: 1.0 });

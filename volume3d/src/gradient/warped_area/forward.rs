@@ -1,4 +1,4 @@
-//! Samples of warped area forward: the derivatives of their numbers, by pixel.
+//! Forward mode of warped-area sampling: derivatives by pixel.
 
 use flatland::calculus::Dual;
 use glam::DVec3;
@@ -17,28 +17,28 @@ use crate::path::{Frame, WaveTables};
 /// Contribution of a sample: row of the neighbourhood, column, quantities and weight.
 type Added<const K: usize> = (usize, usize, [f64; K], f64);
 
-/// What computes the cells of a row.
+/// State for computing the cells of a row.
 struct Worker<'s, const N: usize, const K: usize> {
     calculus: Forward<'s, N>,
     numbers: PathNumbers,
-    /// Where paths may go side by side.
+    /// Additional paths, if they may be traced in waves.
     others: Option<Others<'s>>,
-    /// Samples that have not been added yet, in their order.
+    /// Samples not added yet, in order.
     kept: Vec<(Place, Kept<N>)>,
     added: Vec<Added<K>>,
 }
 
-/// A sample of a cell, or of an edge of one.
+/// A sample of a cell, or of a cell's edge.
 enum Kept<const N: usize> {
     Cell(Sample<Dual<N>>),
     Edge(EdgeSample<Dual<N>>),
 }
 
-/// No more samples than this are kept: half a megabyte to one.
+/// Largest number of samples kept: 0.5 to 1 MB.
 const MOST_KEPT: usize = 1 << 12;
 
 impl Job<'_> {
-    /// The derivative of every pixel, but for the boundary terms that go with the warp.
+    /// Derivative of every pixel, without the boundary terms of the warp.
     pub(super) fn forward<const N: usize, const K: usize>(
         &self,
         motion: &Motion<'_>,
@@ -90,7 +90,7 @@ impl Job<'_> {
         Ok(finish::<N, K>(&film, sums, self.counted()))
     }
 
-    /// Keeps a sample of a cell, of which other paths may be followed later.
+    /// Keeps a sample of a cell whose additional paths may be traced later.
     fn take_sample<const N: usize, const K: usize>(
         &self,
         worker: &mut Worker<'_, N, K>,
@@ -109,7 +109,7 @@ impl Job<'_> {
         kept.push((place, Kept::Cell(sample)));
     }
 
-    /// Adds all samples that have been kept.
+    /// Adds all kept samples.
     fn add_kept<const N: usize, const K: usize>(
         &self,
         worker: &mut Worker<'_, N, K>,
@@ -146,7 +146,7 @@ impl Job<'_> {
         }
     }
 
-    /// Adds a sample's contributions and its light, if all of them are finite.
+    /// Adds a sample's contributions and radiance, if all of them are finite.
     fn add<const K: usize>(
         &self,
         added: &mut [Added<K>],

@@ -19,7 +19,7 @@ use crate::gradient::{AUXILIARY, EDGE, EDGE_AUXILIARY, GRADIENT_PATH, SPLIT};
 use crate::path::{Frame, Paths, Sequence};
 use crate::scene::{Hit, Surface};
 
-/// What every sample of one gradient shares.
+/// Data shared by all samples of one gradient.
 pub(super) struct Job<'s> {
     pub(super) method: &'s WarpedArea,
     pub(super) paths: Paths<'s>,
@@ -29,33 +29,28 @@ pub(super) struct Job<'s> {
     pub(super) edges: Option<Arc<SceneEdges>>,
 }
 
-/// So many paths tell the radiance that the film's warp carries from one pixel to another, where it does. Only the first
-/// of them carries derivatives.
-///
-/// Relative variance × processor seconds with 1, 4, 8 and 16 of them (forward, 8 samples a pixel, tent filter, one thread):
-/// .077, .054, .052, .060 for a sphere that moves over a plane; .22, .20, .22, .25 for 20 thin prisms that turn; .58, .44,
-/// .45, .45 for a block in a closed box with four bounces; 1.14, 1.07, 1.10, 1.32 for 2,000 leaves that turn.
+/// Paths averaged for the radiance in the warp term of one sample, where the film's warp is nonzero; only the
+/// first carries derivatives. Variance × time of four test scenes is lowest with 4 to 8.
 pub(super) const SPLITTING: usize = 8;
 
-/// As many where the camera sees an implicit surface, at which paths take longer: variance × seconds with 1, 2, 4 and 8 were 807, 788, 859 and
-/// 986 for a bunny's 64-cell grid before a constant sky.
+/// [`SPLITTING`] where the camera sees an implicit surface, at which paths cost more.
 const SPLITTING_AT_IMPLICIT: usize = 2;
 
-/// A cell of the film, and the number of a sample in it.
+/// A cell of the film, and the index of a sample in it.
 pub(super) type Place = (usize, usize, usize);
 
-/// The random numbers of the samples of a cell, and what the camera sees at them.
+/// Random numbers of a cell's samples, and their camera rays.
 pub(super) struct PathNumbers {
-    /// Of the path that carries derivatives.
+    /// Random numbers of the path that carries derivatives.
     first: CellNumbers,
-    /// Of those that do not, and of as many as there are where an implicit surface is seen.
+    /// Random numbers of the additional primal paths (first hit on a mesh / on an implicit surface).
     pub(super) others: CellNumbers,
     others_at_implicit: CellNumbers,
     rays: CameraRays,
 }
 
 impl PathNumbers {
-    /// Begins those of a cell with so many samples.
+    /// Prepares a cell with the given number of samples.
     pub(super) fn prepare(&mut self, cell: (usize, usize), samples: usize) {
         for numbers in [&mut self.first, &mut self.others, &mut self.others_at_implicit] {
             numbers.prepare(cell, samples);
@@ -63,31 +58,31 @@ impl PathNumbers {
     }
 }
 
-/// A sample of the film: what each pixel it reaches integrates, but for the pixel's own weight and level.
+/// A film sample: the integrand of each pixel it reaches, without the pixel's own weight and control variate.
 pub(super) struct Sample<T> {
     point: FilmPoint<T>,
-    /// The radiance that the one path finds which carries derivatives.
+    /// Radiance of the path that carries derivatives.
     radiance: Rgb<T>,
-    /// The mean of what all paths find.
+    /// Mean radiance of all paths.
     mean_radiance: DVec3,
 }
 
-/// A ray of the camera as it stands: its origin, its direction and what it hits.
+/// A ray of the static camera: origin, direction and hit.
 pub(super) type Ray = (DVec3, DVec3, Option<Hit>);
 
 impl<T: Number> Sample<T> {
-    /// The radiance that the one path finds which carries derivatives.
+    /// Radiance of the path that carries derivatives.
     pub(super) fn radiance(&self) -> DVec3 {
         self.radiance.value()
     }
 
-    /// Adds what all paths find but the one which carries derivatives.
+    /// Adds the radiance of the additional paths.
     pub(super) fn add_others(&mut self, light: DVec3, count: usize) {
         self.mean_radiance = (self.radiance.value() + light) / count as f64;
     }
 }
 
-/// A sample of an edge of box pixels: light, and a number whose derivative is V·ν.
+/// A sample of an edge of box pixels: radiance, and a number whose derivative is V·ν.
 pub(super) struct EdgeSample<T> {
     pub(super) across: T,
     vertical: bool,
@@ -103,19 +98,19 @@ impl Job<'_> {
         })
     }
 
-    /// The warp along which boundary terms are counted.
+    /// The warp relative to which boundary terms are computed.
     pub(super) fn along_warp(&self) -> AlongWarp<'_> {
         let Self { method, paths, construction, edges, .. } = self;
         let (warp, edges, seed) = (&method.warp, edges.as_deref(), method.seed);
         AlongWarp { paths, warp, construction: *construction, edges, seed }
     }
 
-    /// The random numbers of cells that are computed one after the other.
+    /// Random numbers of cells that are computed sequentially.
     pub(super) fn path_numbers(&self) -> PathNumbers {
         let (seed, pairs) = (self.method.seed, self.paths.pairs());
         let others = |count| CellNumbers::new(seed, SPLIT, count - 1, pairs);
         PathNumbers {
-            // The film point, the point of the lens, and those of bounces.
+            // Pairs for the film point and the lens point, and those of the bounces.
             first: CellNumbers::new(seed, GRADIENT_PATH, 1, 2 + pairs),
             others: others(SPLITTING),
             others_at_implicit: others(SPLITTING_AT_IMPLICIT),
@@ -123,22 +118,22 @@ impl Job<'_> {
         }
     }
 
-    /// How many samples a cell has.
+    /// Number of samples of a cell.
     pub(super) fn samples(&self, cell: (usize, usize)) -> usize {
         self.method.allocation.as_ref().map_or(self.method.samples, |allocation| allocation.at(cell))
     }
 
-    /// How many samples a cell is counted as: where they are spread unevenly, one of each group.
+    /// Number of samples for statistics: with an uneven allocation, one per group.
     pub(super) fn counted(&self) -> usize {
         if self.method.allocation.is_some() { GROUPS } else { self.method.samples }
     }
 
-    /// Whether the edges of pixels are an integral of their own.
+    /// Whether the edges of pixels are a separate integral.
     pub(super) fn has_edges(&self) -> bool {
         self.film.is_box() && self.method.warps
     }
 
-    /// One sample of a cell, with the numbers of that cell.
+    /// One sample of a cell, with that cell's random numbers.
     pub(super) fn sample<C: Differential>(
         &self,
         calculus: &mut C,
@@ -153,8 +148,8 @@ impl Job<'_> {
         sample
     }
 
-    /// The same with the one path that carries derivatives, and the ray of the others that are to follow, if there are others. A lens is looked
-    /// through at a point of its own, at which the camera has another frame.
+    /// One sample with only the path that carries derivatives, and the camera ray for additional paths, if
+    /// any are needed. Each sample has its own lens point, and with it its own camera frame.
     pub(super) fn first_path<C: Differential>(
         &self,
         calculus: &mut C,
@@ -185,7 +180,7 @@ impl Job<'_> {
         (Sample { point, radiance, mean_radiance }, warped.then_some((origin, ray, hit)))
     }
 
-    /// Calls with every pixel in which a sample has a weight, or may get one, as
+    /// Calls back with every pixel in which a sample has a weight or may get one, as
     /// [`FilmPlane::for_each_weight`] does, with h and the integrand h J (L − L₀).
     pub(super) fn for_each_pixel<T: Number>(
         &self,
@@ -196,13 +191,14 @@ impl Job<'_> {
         let Sample { point, radiance: Rgb(radiance), mean_radiance, .. } = sample;
         self.film.for_each_weight((i, j), point.at, |[b, x, y], weight| {
             let (level, warped) = (self.control_variate(x, y), weight * point.jacobian);
-            // The derivative of one path at the value of all.
+            // The derivative of one path with the mean value of all.
             let above = |c: usize| radiance[c].chain(mean_radiance[c] - level[c], 1.0);
             f([b, x, y], weight.value(), std::array::from_fn(|c| above(c) * warped));
         });
     }
 
-    /// The numbers that a sample is made of, each with the derivative by it of Σ over pixels and channels of adjoint times integrand.
+    /// The numbers of a sample, each with the derivative by it of Σ over pixels and channels of adjoint times
+    /// integrand.
     pub(super) fn partials<T: Number>(
         &self,
         (i, j, _): Place,
@@ -227,8 +223,9 @@ impl Job<'_> {
         [(x, along_u), (y, along_v), (point.jacobian, light.value), (red, r), (green, g), (blue, b)]
     }
 
-    /// −∮ (L − L₀) V·ν over the edges of box pixels: the filter's own jump does not move (Bangaru et al. 2022). A point on
-    /// the left or the upper edge of a cell, or beside it by less than rounding, if the warp moves it.
+    /// −∮ (L − L₀) V·ν over the edges of box pixels: the filter's own discontinuity does not move (Bangaru et
+    /// al. 2022). One point on the left or upper edge of a cell, or next to it within rounding, if the warp
+    /// is nonzero there.
     pub(super) fn edge_sample<C: Differential>(
         &self,
         calculus: &mut C,
@@ -255,8 +252,8 @@ impl Job<'_> {
         })
     }
 
-    /// Calls with the pixels on both sides of an edge, and the light that its motion takes from the one to the other: twice
-    /// L − L₀, as only one of two edges is chosen, along −ν out of the pixel.
+    /// Calls back with the pixels on both sides of an edge, and the light that its motion moves from one to
+    /// the other: twice L − L₀, as one of two edges is sampled, along −ν out of the pixel.
     pub(super) fn for_each_side<T>(
         &self,
         (i, j, _): Place,
@@ -287,20 +284,20 @@ impl Job<'_> {
         stream(self.method.seed, &[i as u64, j as u64, sample as u64, purpose])
     }
 
-    /// Whether all rays of the camera have one origin, and end at meshes.
+    /// Whether all camera rays have one origin and end at meshes.
     fn looks_from_one_place(&self) -> bool {
         !self.film.has_lens() && self.paths.scene.description.implicits.is_empty()
     }
 
-    /// The still ray through a film point.
+    /// The static ray through a film point.
     fn look<C: Differential>(&self, calculus: &mut C, film: &FilmPlane, u: DVec2) -> Ray {
         let (origin, ray) = (film.still.origin.value(), film.ray(u));
         (origin, ray, calculus.look(self.paths.scene, origin, ray))
     }
 
-    /// Follows the other paths along the ray of a sample.
+    /// Traces the additional paths along the ray of a sample.
     ///
-    /// The noise of the light in a point is a large part of that of (h ∇·V + V·∇h) L, and costs little to lower.
+    /// The noise of the radiance at a point is a large part of that of (h ∇·V + V·∇h) L, and cheap to reduce.
     pub(super) fn add_others<T: Number>(
         &self,
         sample: &mut Sample<T>,

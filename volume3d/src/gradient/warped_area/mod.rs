@@ -1,9 +1,9 @@
 //! Warped-area sampling: dI/dθ = ∫ ∂f/∂θ + ∇·(V f), on the film and at every bounce (Theory 8).
 //!
-//! V moves with every edge at which the integrand jumps, but for the borders of flat emitters, which are sampled with
-//! the speed that V leaves them. Where shading normals make it jump within a face, on curves on
-//! which a surface turns its other side to the viewer, V is any continuous field, and ∮ Δf (v − V)·ν over these curves
-//! is added, by samples of edge sampling.
+//! V moves with every edge at which the integrand is discontinuous, except borders of flat emitters, which
+//! are sampled with the velocity relative to V. On discontinuities within a face due to shading normals,
+//! curves on which a surface turns its other side to the viewer, V is an arbitrary continuous field, and ∮ Δf
+//! (v − V)·ν over these curves is added by edge sampling.
 
 mod camera_rays;
 mod field;
@@ -43,9 +43,10 @@ use crate::scene::Scene;
 
 /// Warped-area sampling (Bangaru, Li and Durand 2020) along paths.
 ///
-/// Two fields are to be touched: [`samples`](Self::samples), 4 to 16 for a step of a fit and 64 or more for a gradient
-/// image to look at, and [`seed`](Self::seed), another one for every step. The defaults of all others are unbiased; the
-/// [guide](crate::guide::methods) says when another [`field`](Self::field), or another method, is better.
+/// Set two fields: [`samples`](Self::samples), 4 to 16 for an optimisation step and 64 or more for a gradient
+/// image to look at, and [`seed`](Self::seed), a different one for every step. The defaults of all others are
+/// unbiased; the [guide](crate::guide::methods) explains when another [`field`](Self::field) or another
+/// method is better.
 ///
 /// ```
 /// # use volume3d::gradient::WarpedArea;
@@ -54,45 +55,46 @@ use crate::scene::Scene;
 /// ```
 ///
 /// # Heavy tails
-/// In the penumbra of a small light the silhouettes of the light and of what hides it, which move differently, meet in every
-/// direction, and ∇·V is large there. [`EdgeSampling`](super::EdgeSampling) has no such trouble. On a strip of penumbra of
-/// a ball of radius 0.2 at distance 6, where the exact total is −1.76, 16 runs of 1,024 samples a pixel gave, at equal
-/// time (1.1 s and 1.0 s a run on a shared machine), −1.77 ± 0.25 by this method and −1.77 ± 0.09 by edge sampling: 8
-/// times the variance × time.
+/// In the penumbra of a small light, the silhouettes of the light and of its occluder, which move
+/// differently, intersect in every direction, and ∇·V is large there. [`EdgeSampling`](super::EdgeSampling)
+/// does not have this problem: in the penumbra of a ball of radius 0.2 at distance 6 its variance × time was
+/// 8 times lower.
 ///
-/// Debiased [auxiliary rays](Field::AuxiliaryRays) have long tails besides, whatever the kernel: a rare level counts for much
-/// when it is drawn, and near a corner of a room, where shading points slide along a wall beside another, what rays
-/// hit is as near as the corner and its angular velocity as large. Where
-/// [`GradientImage::outlier`] tells of one sample with much of the result, take the mean over jumps, or edge sampling.
+/// Debiased [auxiliary rays](Field::AuxiliaryRays) have heavy tails for any kernel: a rare level has a large
+/// weight when it is drawn, and near a corner of a room, where shading points slide along a wall next to
+/// another, hits are as near as the corner and have correspondingly large angular velocities. If
+/// [`GradientImage::outlier`] reports one sample with much of the result, use the mean over discontinuities,
+/// or edge sampling.
 #[derive(Clone, Debug)]
 pub struct WarpedArea {
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub samples: usize,
-    /// How they are spread over the film, if not evenly; `samples` is then their mean, and no more than said.
+    /// Allocation over the film, if not uniform; `samples` is then its mean and for information only.
     pub allocation: Option<Arc<Allocation>>,
-    /// Samples a pixel of the image that is subtracted as a control variate: ∫ ∇·(h V) du = 0, so radiance may
-    /// be counted from any level that does not depend on the samples. 0 subtracts nothing. (Directions that a bounce takes before a constant
-    /// environment have its radiance for their level, but the last ones, which see what is dark as well: of two bounces more this takes .7 to
-    /// .9 of the variance × seconds, as nothing that escapes needs a field.)
+    /// Samples per pixel of the image that is subtracted as a control variate: as ∫ ∇·(h V) du = 0, any
+    /// radiance that does not depend on the samples may be subtracted. 0 subtracts nothing. (Directions at a
+    /// bounce in front of a constant environment have its radiance as control variate. The last bounce has
+    /// none: it would increase cost and variance there.)
     pub control_variate: usize,
-    /// What velocities its field is made of.
+    /// Source of the field's velocities.
     pub field: Field,
-    /// What follows the silhouettes of implicit surfaces in means over jumps.
+    /// Field of implicit surfaces in means over discontinuities.
     pub implicit: ImplicitField,
-    /// Auxiliary rays and their weights, on the film and on directions alike, for [`Field::AuxiliaryRays`].
-    /// With [`Debias::RussianRoulette`], the published debiasing, whose variance is infinite, it is unbiased
-    /// by what is proved and tested in the plane and in flat worlds; no test of it is in space.
+    /// Auxiliary rays and their weights, on the film and on directions, for [`Field::AuxiliaryRays`]. With
+    /// [`Debias::RussianRoulette`], the published debiasing, whose variance is infinite, unbiasedness is
+    /// proved and tested in the plane and in flat worlds, but not tested in space.
     pub warp: Warp,
-    /// The concentrations of auxiliary rays, and with them the reach of the mean over jumps on directions.
+    /// Concentrations of auxiliary rays; they also determine the reach of the mean over discontinuities on
+    /// directions.
     pub kernels: Kernels,
-    /// Samples, a pixel on average, of the curves within faces on which a surface with shading normals turns its
-    /// other side: on the film, and as many seen from shading points. No field follows these jumps; what they move
-    /// beyond it is a boundary term, and sampled. 0 leaves it out, which is **biased** wherever there are such
-    /// curves. Scenes without shading normals cost nothing.
+    /// Mean samples per pixel of curves within faces on which a surface with shading normals turns its other
+    /// side: on the film, and as many seen from shading points. No field follows these discontinuities; their
+    /// residual is sampled as a boundary term. 0 omits it, which is **biased** wherever there are such
+    /// curves. Scenes without shading normals incur no cost.
     pub sign_changes: usize,
-    /// False leaves out the warp, and with it primary and secondary term: the interior term alone.
+    /// Whether to warp. If false, only the interior term is computed, without primary and secondary terms.
     pub warps: bool,
-    /// The seed of everything random.
+    /// Random seed.
     pub seed: u64,
 }
 
@@ -113,23 +115,23 @@ impl Default for WarpedArea {
     }
 }
 
-/// Along paths the error of one sample is large beside that of its warp, and a level that is drawn rarely counts
-/// for much when it is: blocks are larger, and levels rarer, than the plane's default.
+/// Debiasing along paths, where the error of one sample is large compared with that of its warp, and a rarely
+/// drawn level has a large weight: blocks are larger, and levels rarer, than the plane's default.
 const DEBIAS: Debias = Debias::Multilevel { rays: 16, first: 0.1, ratio: 0.35 };
 
-/// How auxiliary rays crowd around what they serve. The strip along a silhouette that m rays cannot resolve narrows by
-/// 2^−1/(2a) from level to level, with a the radial exponent, and what a level counts for grows by 1/ratio. So the estimate
-/// exceeds x with probability ~ x^−t, t = 1 + ln 2/(2a ln(1/ratio)): 2.1 for the plane's a = 0.3, whose variance is
-/// finite on paper alone, and 2.7 for this.
+/// Radial exponent a of auxiliary points. The strip along a silhouette that m rays cannot resolve narrows by
+/// 2^−1/(2a) from level to level, and the weight of a level grows by 1/ratio. The estimate therefore exceeds
+/// x with probability ~ x^−t, t = 1 + ln 2/(2a ln(1/ratio)): 2.1 for the plane's a = 0.3, whose variance is
+/// finite in theory only, and 2.7 for this value.
 const RADIAL_EXPONENT: f64 = 0.2;
 
 impl WarpedArea {
-    /// The derivative of every pixel along a change.
+    /// Derivative of every pixel along a tangent.
     ///
     /// # Errors
-    /// [`GradientError`]: `Unsupported` where geometry moves before ideal mirrors or under lights without extent,
-    /// `Tangent` if the change is of another scene, `Samples`, `Reach`, `Softness`, `ImplicitField`,
-    /// `Allocation` and `Warp` for parameters out of their range, and `Stopped`.
+    /// [`GradientError`]: `Unsupported` if geometry moves in front of ideal mirrors or under lights without
+    /// extent, `Tangent` if the tangent belongs to another scene, `Samples`, `Reach`, `Softness`,
+    /// `ImplicitField`, `Allocation` and `Warp` for parameters out of range, and `Stopped`.
     pub fn forward(
         &self,
         scene: &Scene,
@@ -139,13 +141,12 @@ impl WarpedArea {
         self.image::<1, 6>(scene, change, self.construction(scene), progress)
     }
 
-    /// The same, with interior, primary and secondary term apart. Of a [softened](Field::Softened) field all motion of shadows counts as
-    /// secondary, that which the film's warp makes of it included: the sum is what it is, and the primary term lacks as much.
+    /// Like [`forward`](Self::forward), with interior, primary and secondary terms separate. For a
+    /// [softened](Field::Softened) field the whole motion of shadows, including that due to the film's warp,
+    /// counts as secondary: the sum is unchanged, and the primary term is lower by that amount.
     ///
     /// # Errors
-    /// [`GradientError`]: `Unsupported` where geometry moves before ideal mirrors or under lights without extent,
-    /// `Tangent` if the change is of another scene, `Samples`, `Reach`, `Softness`, `ImplicitField`,
-    /// `Allocation` and `Warp` for parameters out of their range, and `Stopped`.
+    /// As for [`forward`](Self::forward).
     pub fn forward_terms(
         &self,
         scene: &Scene,
@@ -155,16 +156,16 @@ impl WarpedArea {
         self.image::<3, 15>(scene, change, self.construction(scene), progress)
     }
 
-    /// Σ over pixels and channels of adjoint · dI/dθ, for every active parameter θ at once: the transpose of
-    /// [`forward`](Self::forward), with the same random numbers (of a [softened](Field::Softened) field if what is active is what
-    /// moves, as curves are drawn by that). (Not if auxiliary rays
-    /// [adapt](flatland::warp::Adaptive): then what moves decides how many there are, and both are unbiased by
-    /// themselves.)
+    /// Σ over pixels and channels of adjoint · dI/dθ, for every active parameter θ: the transpose of
+    /// [`forward`](Self::forward), with the same random numbers. Two exceptions: for a
+    /// [softened](Field::Softened) field the active shapes must be those that move, as these determine the
+    /// sampled curves; and with [adaptive](flatland::warp::Adaptive) auxiliary rays the motion determines
+    /// their number, so that the two are separate unbiased estimates.
     ///
     /// # Errors
-    /// [`GradientError`]: `Unsupported` where geometry is active before ideal mirrors or under lights without extent,
-    /// `Adjoint` if the adjoint has not the film's size, `Samples`, `Reach`, `Softness`, `ImplicitField`, `Allocation` and `Warp` for parameters out
-    /// of their range, and `Stopped`.
+    /// [`GradientError`]: `Unsupported` if geometry is active in front of ideal mirrors or under lights
+    /// without extent, `Adjoint` if the adjoint image differs from the film in size, `Samples`, `Reach`,
+    /// `Softness`, `ImplicitField`, `Allocation` and `Warp` for parameters out of range, and `Stopped`.
     pub fn reverse(
         &self,
         scene: &Scene,
@@ -175,13 +176,13 @@ impl WarpedArea {
         self.pull(scene, adjoint, active, self.construction(scene), progress)
     }
 
-    /// Of sign changes.
+    /// Sample counts of sign changes.
     fn effort(&self) -> Effort<'static> {
         let samples = self.sign_changes;
         Effort { primary: samples, secondary: samples, bounces: 0, seed: self.seed, levels: &[] }
     }
 
-    /// Of what a softened field leaves.
+    /// Sample counts of a softened field's residual.
     fn residual_effort<'l>(&self, levels: &'l [DVec3]) -> Effort<'l> {
         let Field::Softened { silhouettes, shadows, bounces, .. } = self.field else {
             return Effort { levels, ..self.effort() };
@@ -189,8 +190,8 @@ impl WarpedArea {
         Effort { primary: silhouettes, secondary: shadows, bounces, seed: self.seed, levels }
     }
 
-    /// What the field is made of in a scene. Towards lights means over jumps are exact where shadows are no
-    /// curves that can be sampled.
+    /// Construction of the field in a scene. Towards lights, means over discontinuities are exact if shadows
+    /// are not curves that can be sampled.
     pub(super) fn construction(&self, scene: &Scene) -> Construction {
         let implicit = self.implicit;
         match self.field {
@@ -217,7 +218,7 @@ impl WarpedArea {
         }
     }
 
-    /// The area integral with the boundary terms that go with it, of any construction of the warp.
+    /// The area integral with its boundary terms, for any construction of the warp.
     pub(super) fn image<const N: usize, const K: usize>(
         &self,
         scene: &Scene,
@@ -243,7 +244,7 @@ impl WarpedArea {
         Ok(image)
     }
 
-    /// Its transpose.
+    /// Transpose of [`image`](Self::image).
     pub(super) fn pull(
         &self,
         scene: &Scene,
@@ -319,7 +320,7 @@ impl WarpedArea {
         self.check()
     }
 
-    /// Refuses media, and fields that know meshes only where there are implicit surfaces, and something moves.
+    /// Refuses media, and fields that support meshes only if there are implicit surfaces and anything moves.
     fn check_construction(
         &self,
         scene: &Scene,

@@ -1,6 +1,6 @@
-//! The paths of split samples that carry no derivatives, those of neighbouring cells side by side.
+//! Additional paths of split samples, without derivatives, traced in waves over neighbouring cells.
 //!
-//! Cells of a square share their random numbers, so that such paths go together.
+//! Cells of a square share their random numbers, so that such paths are coherent.
 
 use glam::DVec3;
 
@@ -9,8 +9,7 @@ use crate::gradient::groups::CellNumbers;
 use crate::path::{Paths, Wave, WaveTables};
 use crate::scene::{Hit, traced_by_this_thread};
 
-/// With fewer samples than this, the paths of each go alone. Beside all of them alone, area samples with 4, 8 and 12 take .93, .92
-/// and .94 of the time for a blob before a sky, 1.04, .97 and .99 for 2,000 leaves.
+/// Number of samples below which additional paths are traced individually.
 const FEWEST: usize = 8;
 
 /// Split samples of some cells of one square.
@@ -21,19 +20,19 @@ pub(super) struct Others<'p> {
     waiting: Vec<Waiting>,
 }
 
-/// A sample whose other paths have not been followed yet.
+/// A sample whose additional paths have not been traced yet.
 struct Waiting {
-    /// Whose it is.
+    /// Index of the sample in the result.
     index: usize,
     place: Place,
-    /// How many samples its cell has.
+    /// Number of samples of its cell.
     samples: usize,
     direction: DVec3,
     hit: Option<Hit>,
 }
 
 impl Waiting {
-    /// What paths have in common that draw the same numbers.
+    /// Key shared by paths that draw the same numbers.
     fn key(&self) -> (usize, usize) {
         (self.samples, self.place.2)
     }
@@ -45,7 +44,7 @@ impl<'p> Others<'p> {
         Self { paths, origin, wave: Wave::new(paths, tables), waiting: vec![] }
     }
 
-    /// Lets one of so many samples of a cell wait, with the direction of its ray and what that hits.
+    /// Adds a sample of a cell, with its ray's direction and hit, to be traced later.
     pub(super) fn wait(
         &mut self,
         index: usize,
@@ -56,8 +55,8 @@ impl<'p> Others<'p> {
         self.waiting.push(Waiting { index, place, samples, direction, hit });
     }
 
-    /// Follows all that wait. Calls with whose they are, the light that they find together, the column of the cell and
-    /// how many rays were traced.
+    /// Traces all waiting paths. Calls back with the sample's index, the sum of their radiance, the column of
+    /// the cell and the number of rays traced.
     pub(super) fn follow(
         &mut self,
         numbers: &mut CellNumbers,
@@ -103,7 +102,8 @@ mod tests {
     use crate::path::Kernels;
     use crate::scene::{Filter, Scene};
 
-    /// Bit for bit, and with as many rays: of few samples and of many, in cells that have not the same number of them.
+    /// Bit for bit, and with equally many rays: for few samples and for many, in cells with different numbers
+    /// of them.
     #[test]
     fn paths_side_by_side_find_what_they_find_alone() {
         let mut description = room(Filter::Tent { radius: 1.0 }).description;

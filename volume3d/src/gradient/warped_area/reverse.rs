@@ -1,4 +1,4 @@
-//! The same samples in reverse: the adjoints of their numbers, by parameter.
+//! Reverse mode of warped-area sampling: adjoints by parameter.
 
 use flatland::calculus::{Number, Tape};
 use glam::DVec3;
@@ -10,7 +10,7 @@ use crate::gradient::motion::MovingBounds;
 use crate::gradient::reverse::{Inputs, Recorded, Reverse};
 use crate::gradient::{ActiveParameters, Progress, Stopped};
 
-/// What the rows share.
+/// Data shared by the rows.
 struct Pull<'p> {
     adjoint: &'p [DVec3],
     inputs: Inputs,
@@ -18,7 +18,7 @@ struct Pull<'p> {
 }
 
 impl Job<'_> {
-    /// Adds the derivative by every active parameter, but for the boundary terms that go with the warp.
+    /// Adds the derivative by every active parameter, without the boundary terms of the warp.
     pub(super) fn reverse(
         &self,
         adjoint: &[DVec3],
@@ -37,7 +37,7 @@ impl Job<'_> {
         let (mut tape, mut adjoints) = (Tape::new(), vec![]);
         let (mut auxiliary, mut numbers) = (self.auxiliary(&pull.bounds), self.path_numbers());
         let (columns, _) = self.film.cells();
-        // What no pixel with an adjoint sees adds nothing.
+        // Cells without a pixel of nonzero adjoint contribute nothing.
         let counts = |i: &usize| self.film.reaches(*i, j, |pixel| pull.adjoint[pixel] != DVec3::ZERO);
         let cells = (0..columns).filter(counts);
         for (i, sample) in cells.flat_map(|i| (0..self.samples((i, j))).map(move |s| (i, s))) {
@@ -71,7 +71,7 @@ impl Job<'_> {
         }
     }
 
-    /// Σ over pixels and channels of adjoint times integrand, and what it counts in the mean of all samples.
+    /// Σ over pixels and channels of adjoint times integrand, and its weight in the mean over samples.
     fn output<'t>(
         &self,
         reverse: &mut Reverse<'_, 't>,
@@ -81,13 +81,13 @@ impl Job<'_> {
     ) -> (Recorded<'t>, f64) {
         let frame = self.film.moving_frame(reverse);
         let sample = self.sample(reverse, &frame, place, numbers);
-        // What follows from these numbers is no part of the tape but for its derivatives.
+        // Results of these numbers appear on the tape only through their derivatives.
         let partials = self.partials(place, &sample, adjoint).into_iter();
         let sum = partials.fold(Recorded::constant(0.0), |sum, (x, d)| sum + x.chain(x.value() * d, d));
         (sum, 1.0 / self.samples((place.0, place.1)) as f64)
     }
 
-    /// The same of an edge of box pixels.
+    /// [`output`](Self::output) for an edge of box pixels.
     fn edge_output<'t>(
         &self,
         reverse: &mut Reverse<'_, 't>,

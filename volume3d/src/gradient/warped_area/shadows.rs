@@ -1,13 +1,16 @@
-//! Whether shadows can be sampled as curves.
+//! Test whether shadows can be sampled as curves.
 
 use crate::gradient::boundary::contacts_are_followed;
 use crate::scene::{Scene, Surface};
 
-/// Whether all jumps of the light of a scene's emitters, as shading points see them, are curves that are
-/// sampled: not where something passes through an emitter or covers it in one plane; not where an emitter
-/// has a texture, which may jump; not where so many shapes emit that edges on them are not looked for; and
-/// not where there is a field towards lights, that of implicit surfaces, and horizons of faces with
-/// interpolated normals, which are sampled as if there were none.
+/// Whether all discontinuities of emitted light, as seen from shading points, are curves that can be sampled.
+/// Not if
+///
+/// - a surface crosses an emitter, or covers part of it in its plane;
+/// - an emitter has a texture, which may be discontinuous;
+/// - so many shapes emit that edges on them are not detected; or
+/// - there are both a field towards lights, that of implicit surfaces, and horizons of faces with
+///   interpolated normals, which are sampled as if V were zero.
 pub(super) fn are_curves(scene: &Scene) -> bool {
     let textured = scene.description.shapes.iter().any(|shape| shape.radiance_texture.is_some());
     let bent = !scene.description.implicits.is_empty() && !scene.normals.is_empty();
@@ -18,7 +21,7 @@ fn emits(scene: &Scene, shape: u32) -> bool {
     scene.description.shapes[shape as usize].radiance.is_some()
 }
 
-/// Whether any surface passes through one that emits, or covers it in one plane.
+/// Whether any surface crosses an emitter, or covers part of it in its plane.
 fn are_crossed(scene: &Scene) -> bool {
     let crossings = scene.crossings();
     let shape = |t: u32| scene.shape_of(Surface::Triangle(t));
@@ -58,7 +61,7 @@ mod tests {
         }
     }
 
-    /// A lamp with a block above it, on it and through it, and beside it in its plane.
+    /// A lamp with a block above it, on it, through it, and next to it in its plane.
     #[test]
     fn what_covers_an_emitter_is_found() {
         let blocks = [

@@ -1,7 +1,7 @@
-//! Boundaries between two media that light passes: smooth ones, thin plates, and rough ones.
+//! Dielectric boundaries: smooth ones, thin plates, and rough ones.
 //!
-//! Radiance is compressed by refraction: what passes into a medium of relative index η is scaled by η⁻² on the way of a camera's
-//! path (Veach 1997, section 5.2).
+//! Refraction compresses radiance: light transmitted into a medium of relative index η is scaled by η⁻² along
+//! a camera path (Veach 1997, section 5.2).
 
 use flatland::calculus::{Number, Rgb, Vec3};
 use glam::DVec3;
@@ -10,12 +10,13 @@ use super::{Ideal, Shading};
 use crate::optics::fresnel;
 use crate::scene::Dielectric;
 
-/// The index of refraction beyond the boundary over that on the viewer's side.
+/// Relative index of refraction: beyond the boundary over the viewer's side.
 pub(super) fn relative<T: Number>(shading: &Shading<'_, T>, dielectric: &Dielectric) -> f64 {
     if shading.behind { 1.0 / dielectric.eta } else { dielectric.eta }
 }
 
-/// The reflected or refracted direction at a smooth boundary, each with the probability of its part of the light.
+/// The reflected or refracted direction at a smooth boundary, sampled with the probability of its share of
+/// the light.
 pub(super) fn smooth<T: Number>(shading: &Shading<'_, T>, dielectric: &Dielectric, choice: f64) -> Ideal<T> {
     let eta = relative(shading, dielectric);
     let cosine = shading.normal.dot(shading.viewer);
@@ -24,7 +25,7 @@ pub(super) fn smooth<T: Number>(shading: &Shading<'_, T>, dielectric: &Dielectri
     choose(shading, dielectric, choice, reflected, (towards, 1.0 / (eta * eta)))
 }
 
-/// The same at a plate so thin that what passes it is not shifted, with all reflections within: R = 2F/(1 + F).
+/// Reflection or straight transmission at a thin plate, with all internal reflections: R = 2F/(1 + F).
 pub(super) fn thin<T: Number>(shading: &Shading<'_, T>, dielectric: &Dielectric, choice: f64) -> Ideal<T> {
     let (once, _) = fresnel::dielectric(shading.normal.dot(shading.viewer), dielectric.eta);
     let reflected = once * 2.0 / (T::constant(1.0) + once);
@@ -48,7 +49,7 @@ fn choose<T: Number>(
     }
 }
 
-/// f |cos θ| of a rough boundary, above and below.
+/// f |cos θ| of a rough boundary, for reflection and transmission.
 pub(super) fn rough<T: Number>(
     shading: &Shading<'_, T>,
     dielectric: &Dielectric,
@@ -63,7 +64,7 @@ pub(super) fn rough<T: Number>(
     shading.reflectance * (value * (T::constant(1.0) - fresnel::dielectric(cosine, eta).0))
 }
 
-/// The density of [`rough_sample`].
+/// Probability density of [`rough_sample`].
 pub(super) fn rough_density<T: Number>(
     shading: &Shading<'_, T>,
     dielectric: &Dielectric,
@@ -79,8 +80,8 @@ pub(super) fn rough_density<T: Number>(
     density.map_or(0.0, |(density, cosine)| density * (1.0 - fresnel::dielectric(cosine, eta).0))
 }
 
-/// A direction that a facet reflects or refracts, by the probability of its part of the light; nothing if the facet turns
-/// its back, or the direction ends on the wrong side of the surface.
+/// A direction reflected or refracted by a facet, sampled with the probability of its share of the light;
+/// `None` if the facet faces away, or the direction ends on the wrong side of the surface.
 pub(super) fn rough_sample<T: Number>(
     shading: &Shading<'_, T>,
     dielectric: &Dielectric,
@@ -93,7 +94,7 @@ pub(super) fn rough_sample<T: Number>(
         .map(|(direction, _)| direction)
 }
 
-/// What a facet makes of a direction, and whether it reflects it.
+/// The direction reflected or refracted by a facet, and whether it is reflected.
 pub(super) fn refracted_or_reflected(
     viewer: DVec3,
     half: DVec3,

@@ -1,15 +1,15 @@
-//! Directions over a hemisphere, for whatever reflects diffusely.
+//! Directions over a hemisphere for diffuse lobes.
 
 use std::f64::consts::{FRAC_1_PI, TAU};
 
 use glam::DVec3;
 
-/// The part of diffuse samples that is uniform over the hemisphere. The derivative of a cosine does not vanish
-/// at the horizon, where the density of cosine samples does; without this part, gradients of a surface that
-/// turns have infinite variance.
+/// Fraction of diffuse samples that is uniform over the hemisphere. The derivative of a cosine does not
+/// vanish at the horizon, where the density of cosine-weighted samples does; without this fraction, gradients
+/// of a rotating surface have infinite variance.
 const DEFENSIVE: f64 = 0.1;
 
-/// The density of [`sample`] at a cosine above 0.
+/// Density of [`sample`] at a cosine above 0.
 #[inline(always)]
 pub(in crate::path) fn density(cosine: f64) -> f64 {
     (1.0 - DEFENSIVE) * cosine * FRAC_1_PI + DEFENSIVE / TAU

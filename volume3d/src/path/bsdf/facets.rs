@@ -1,33 +1,33 @@
-//! Reflection and refraction at the facets of a rough surface (Walter et al. 2007).
+//! Microfacet reflection and refraction (Walter et al. 2007).
 
 use flatland::calculus::{Number, Vec3};
 use glam::{DVec2, DVec3};
 
 use crate::optics::Microfacets;
 
-/// The facets of a rough surface, as a viewer above it sees them.
+/// Microfacets of a rough surface, for a viewer above it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Facets<T> {
     pub(super) distribution: Microfacets,
     pub(super) alpha: T,
-    /// On the viewer's side.
+    /// Normal on the viewer's side.
     pub(super) normal: Vec3<T>,
     pub(super) viewer: Vec3<T>,
-    /// What they are in the directions of two axes, if they are not the same in all.
+    /// Anisotropy, if any.
     pub(super) stretch: Option<Stretch<T>>,
 }
 
-/// Facets whose roughness is another along each of two axes of the surface.
+/// Anisotropic roughness, along two axes of the surface.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stretch<T> {
-    /// Unit vectors across the normal and one another.
+    /// Unit vectors orthogonal to the normal and to one another.
     pub(super) axes: [Vec3<T>; 2],
-    /// α along each.
+    /// α along each axis.
     pub(super) alphas: [T; 2],
 }
 
 impl<T: Number> Stretch<T> {
-    /// Along a direction of the surface, and across it.
+    /// Axes along a direction of the surface and orthogonal to it.
     pub(super) fn new(normal: Vec3<T>, along: Vec3<T>, alphas: [T; 2]) -> Self {
         Self { axes: [along, normal.cross(along)], alphas }
     }
@@ -40,7 +40,8 @@ impl<T: Number> Stretch<T> {
 }
 
 impl<T: Number> Facets<T> {
-    /// D G/(4 cos θᵢ) for a direction above, which times Fresnel's F is f cos θₒ, and the cosine that F depends on.
+    /// D G/(4 cos θᵢ) for a direction above, which times Fresnel's F is f cos θₒ, and the cosine on which F
+    /// depends.
     pub(super) fn reflect(&self, direction: Vec3<T>) -> (T, T) {
         let half = (self.viewer + direction).normalized();
         let normals = self.normals(half);
@@ -48,15 +49,16 @@ impl<T: Number> Facets<T> {
         (normals * shadowing / (self.normal.dot(self.viewer) * 4.0), self.viewer.dot(half))
     }
 
-    /// The density of directions that are reflected at a sampled facet.
+    /// Probability density of directions reflected at a sampled facet.
     pub(super) fn reflection_density(&self, direction: DVec3) -> f64 {
         let viewer = self.viewer.value();
         let half = (viewer + direction).normalize();
         self.density_of_normals(half) / (4.0 * viewer.dot(half))
     }
 
-    /// D G |v·m| |ω·m|/(cos θᵢ (v·m + η ω·m)²) for a direction below, which times 1 − F is f cos θₒ of radiance, η⁻² for its
-    /// compression included, and the cosine that F depends on. Nothing where no facet refracts one into the other.
+    /// D G |v·m| |ω·m|/(cos θᵢ (v·m + η ω·m)²) for a direction below, which times 1 − F is f cos θₒ for
+    /// radiance, with its compression η⁻², and the cosine on which F depends. `None` if no facet refracts one
+    /// into the other.
     pub(super) fn refract(&self, direction: Vec3<T>, eta: f64) -> Option<(T, T)> {
         let half = self.refracting(direction, eta)?;
         let [in_cosine, out_cosine] = [self.viewer, direction].map(|v| v.dot(half));
@@ -67,7 +69,7 @@ impl<T: Number> Facets<T> {
         Some((-(normals * shadowing * in_cosine * out_cosine) / (above * stretch), in_cosine))
     }
 
-    /// The density of directions that are refracted at a sampled facet, and the cosine at it.
+    /// Probability density of directions refracted at a sampled facet, and the cosine there.
     pub(super) fn refraction_density(&self, direction: DVec3, eta: f64) -> Option<(f64, f64)> {
         let half = self.refracting(Vec3::constant(direction), eta)?.value();
         let [in_cosine, out_cosine] = [self.viewer.value(), direction].map(|v| v.dot(half));
@@ -75,8 +77,8 @@ impl<T: Number> Facets<T> {
         Some((self.density_of_normals(half) * eta * eta * -out_cosine / stretch, in_cosine))
     }
 
-    /// The facet that refracts the viewer's direction into one below: along v + ηω, on the viewer's side, with the two
-    /// on its two sides.
+    /// Normal of the facet that refracts the viewer's direction into one below: along v + ηω, on the viewer's
+    /// side, with the two directions on its two sides.
     fn refracting(&self, direction: Vec3<T>, eta: f64) -> Option<Vec3<T>> {
         let half = (self.viewer + direction * T::constant(eta)).normalized();
         let half = if self.normal.dot(half).value() < 0.0 { -half } else { half };
@@ -84,7 +86,7 @@ impl<T: Number> Facets<T> {
         (sides[0] > 0.0 && sides[1] < 0.0).then_some(half)
     }
 
-    /// A facet's normal.
+    /// Samples a facet normal.
     pub(super) fn sample(&self, numbers: [f64; 2]) -> DVec3 {
         let (n, viewer) = (self.normal.value(), self.viewer.value());
         let ((s, t), alpha) = match &self.stretch {
@@ -106,7 +108,7 @@ impl<T: Number> Facets<T> {
         self.distribution.sampling_density(facets, unshadowed, [n.dot(viewer), viewer.dot(half), n.dot(half)])
     }
 
-    /// D of a facet's normal.
+    /// D of a facet normal.
     fn normals(&self, half: Vec3<T>) -> T {
         let cosine = self.normal.dot(half);
         let Some(stretch) = &self.stretch else { return self.distribution.density(cosine, self.alpha) };
@@ -128,7 +130,7 @@ impl<T: Number> Facets<T> {
         self.distribution.unshadowed_at(stretch.sum(v, Number::squared) / cosine.squared())
     }
 
-    /// The same facets without derivatives.
+    /// The facets without derivatives.
     fn still(&self) -> Facets<f64> {
         let still = |v: Vec3<T>| Vec3::constant(v.value());
         let stretch = self.stretch.as_ref().map(|stretch| Stretch {

@@ -1,4 +1,4 @@
-//! Reflection and transmission at one point: values with derivatives, and sampling by value alone. One file a material.
+//! BSDFs at a point: evaluation over numbers, and sampling by value. One file per material.
 
 mod dielectric;
 pub(super) mod diffuse;
@@ -22,7 +22,7 @@ use crate::optics::{Microfacets, fresnel};
 use crate::scene::{Bsdf, Plastic};
 
 impl<T: Number> Shading<'_, T> {
-    /// f(ω) |cos θ|, but for ideal directions.
+    /// f(ω) |cos θ|, without ideal directions.
     #[inline]
     pub(crate) fn evaluate(&self, direction: Vec3<T>) -> Rgb<T> {
         let cosine = self.normal.dot(direction);
@@ -32,7 +32,7 @@ impl<T: Number> Shading<'_, T> {
         self.evaluate_any(direction, cosine)
     }
 
-    /// The same of any material.
+    /// [`evaluate`](Self::evaluate) for any material.
     #[inline(never)]
     fn evaluate_any(&self, direction: Vec3<T>, cosine: T) -> Rgb<T> {
         if self.receives_none(cosine.value()) || self.hides(direction.value()) {
@@ -44,8 +44,7 @@ impl<T: Number> Shading<'_, T> {
         self.opacity.map_or(value, |opacity| value * opacity)
     }
 
-    /// Whether it is all there, not mixed with another material and diffuse, as most surfaces are: what is asked of it most often
-    /// is answered at once then.
+    /// Fast-path test for the most frequent case: a diffuse material without opacity mask or blend.
     #[inline]
     fn is_merely_diffuse(&self) -> bool {
         matches!(self.bsdf, Bsdf::Diffuse { .. })
@@ -55,16 +54,17 @@ impl<T: Number> Shading<'_, T> {
             && self.beneath.is_none()
     }
 
-    /// (1 − w) a + w b of something of both parts of a mixture; of a single material, that of it.
+    /// (1 − w) a + w b for a quantity of the two parts of a mixture; the quantity itself for a single
+    /// material.
     fn mixed<V: std::ops::Add<Output = V>>(&self, of: impl Fn(&Self) -> V, scale: impl Fn(V, T) -> V) -> V {
         let Some(blend) = &self.blend else { return of(self) };
         let rest = T::constant(1.0) - blend.weight;
         scale(of(self), rest) + scale(of(&blend.other), blend.weight)
     }
 
-    /// [`evaluate`](Self::evaluate) without what is mixed with it, a mask and a relief.
+    /// [`evaluate`](Self::evaluate) without blend, opacity mask and normal map.
     fn evaluate_alone(&self, direction: Vec3<T>, cosine: T) -> Rgb<T> {
-        // Beside glass, with which it is mixed, light arrives from behind too.
+        // Mixed with glass, light arrives from behind too.
         if self.black || cosine.value() <= 0.0 && !self.bsdf.transmits() {
             return Rgb::constant(DVec3::ZERO);
         }
@@ -86,25 +86,26 @@ impl<T: Number> Shading<'_, T> {
             Bsdf::Dielectric(dielectric) if dielectric.facets.is_some() => {
                 dielectric::rough(self, dielectric, direction)
             }
-            // What is ideal reflects no light from a direction that was not chosen for it.
+            // An ideal BSDF has no value for directions that were not sampled from it.
             Bsdf::Conductor { .. } | Bsdf::Dielectric(_) | Bsdf::ThinDielectric(_) => {
                 Rgb::constant(DVec3::ZERO)
             }
         }
     }
 
-    /// Whether all that is there is black.
+    /// Whether the material is black, blend included.
     fn is_black(&self) -> bool {
         self.black && self.blend.as_ref().is_none_or(|blend| blend.other.black)
     }
 
-    /// Whether nothing is reflected, and no light passes.
+    /// Whether the surface neither reflects nor transmits light.
     pub(crate) fn is_dark(&self) -> bool {
         self.is_black() && self.opacity.is_none()
     }
 
-    /// What is lit where the normal is tilted by θ: Smith's G₁ of GGX with α² = min(tan²θ/8, 1), which darkens the image
-    /// smoothly towards the horizon of the surface itself (Estevez, Lecocq and Stein 2019).
+    /// Shadowing term of a tilted normal at angle θ: Smith's G₁ of GGX with α² = min(tan²θ/8, 1), which
+    /// darkens the image smoothly towards the horizon of the geometric surface (Estevez, Lecocq and Stein
+    /// 2019).
     fn shadowed_by_relief(&self, own: Vec3<T>, direction: Vec3<T>) -> T {
         let one = T::constant(1.0);
         let cos2 = self.normal.dot(own).squared();
@@ -116,12 +117,12 @@ impl<T: Number> Shading<'_, T> {
         Microfacets::Ggx.unshadowed(own.dot(direction).abs(), width.sqrt())
     }
 
-    /// Whether light may pass the surface by other than the masked part of it.
+    /// Whether the material transmits light other than through its opacity mask.
     pub(crate) fn transmits(&self) -> bool {
         self.bsdf.transmits() || self.blend.as_ref().is_some_and(|blend| blend.other.bsdf.transmits())
     }
 
-    /// Whether light from a direction may be reflected or pass, as far as the side says.
+    /// Whether light from a direction may be reflected or transmitted, as far as the side is concerned.
     #[inline]
     pub(crate) fn receives(&self, direction: DVec3) -> bool {
         !self.receives_none(self.normal.value().dot(direction))
@@ -131,14 +132,15 @@ impl<T: Number> Shading<'_, T> {
         cosine <= 0.0 && (cosine == 0.0 || !self.transmits())
     }
 
-    /// Whether nothing can come of a direction where the surface's own normal has it on another side.
+    /// Whether a direction contributes nothing because the geometric normal has it on the other side.
     fn hides(&self, direction: DVec3) -> bool {
         let normal = self.normal.value();
         self.is_black()
             || self.beneath.is_some_and(|own| own.value().dot(direction) * normal.dot(direction) <= 0.0)
     }
 
-    /// By how much refraction into a direction compresses radiance, η²: what roulette must not take for loss.
+    /// Compression of radiance by refraction into a direction, η²: Russian roulette must not treat it as
+    /// loss.
     #[inline]
     pub(crate) fn compression(&self, direction: DVec3) -> f64 {
         let eta = match self.bsdf {
@@ -155,8 +157,8 @@ impl<T: Number> Shading<'_, T> {
         }
     }
 
-    /// How narrow the lobe is: the concentration a kernel on it should have beyond that for diffuse surfaces. Of a mixture, that
-    /// of the narrower lobe.
+    /// Narrowness of the lobe: the concentration of a kernel on it beyond that of diffuse surfaces. For a
+    /// mixture, that of the narrower lobe.
     pub(crate) fn concentration(&self) -> f64 {
         let other = self.blend.as_ref().map_or(0.0, |blend| blend.other.concentration());
         other.max(self.concentration_alone())
@@ -169,11 +171,11 @@ impl<T: Number> Shading<'_, T> {
             Bsdf::Conductor { .. } | Bsdf::Dielectric(_) | Bsdf::ThinDielectric(_) => 0.0,
             _ => return 0.0,
         };
-        // Facets within α tilt the mirrored ray by up to 2 α.
+        // Facets tilted by up to α rotate the mirrored ray by up to 2 α.
         0.25 / (alpha * alpha)
     }
 
-    /// The density of smooth directions that [`sample`](Self::sample) returns.
+    /// Probability density of the non-ideal directions that [`sample`](Self::sample) returns.
     #[inline]
     pub(crate) fn density(&self, direction: DVec3) -> f64 {
         let cosine = self.normal.value().dot(direction);
@@ -199,7 +201,7 @@ impl<T: Number> Shading<'_, T> {
         self.opacity.map_or(density, |opacity| density * opacity.value())
     }
 
-    /// The same of one part of a mixture.
+    /// [`density`](Self::density) of one part of a mixture.
     fn density_alone(&self, direction: DVec3, cosine: f64) -> f64 {
         if self.black || cosine <= 0.0 && !self.bsdf.transmits() {
             return 0.0;
@@ -217,7 +219,7 @@ impl<T: Number> Shading<'_, T> {
         }
     }
 
-    /// A way on: an ideal one, or a direction roughly as [`evaluate`](Self::evaluate) is distributed.
+    /// Samples an ideal direction, or one approximately proportional to [`evaluate`](Self::evaluate).
     #[inline]
     pub(crate) fn sample(&self, numbers: [f64; 3]) -> Option<Bounce<T>> {
         if self.is_merely_diffuse() {
@@ -242,7 +244,8 @@ impl<T: Number> Shading<'_, T> {
             None => self.sample_alone([a, b, choice]),
         }?;
         Some(match (bounce, self.opacity) {
-            // What a mask covers is as likely as its part of the surface, which the choice has seen to.
+            // A masked surface is chosen with the probability of its opacity, so that only derivatives remain
+            // in the factor.
             (Bounce::Ideal(Ideal { direction, factor }), Some(opacity)) => {
                 Bounce::Ideal(Ideal { direction, factor: factor * (opacity * (1.0 / opacity.value())) })
             }
@@ -250,7 +253,8 @@ impl<T: Number> Shading<'_, T> {
         })
     }
 
-    /// A way on of a mixture. Both parts may have made a smooth direction; an ideal one is of the part that was chosen.
+    /// Samples a mixture. A non-ideal direction may come from both parts; an ideal one belongs to the part
+    /// that was chosen.
     fn sample_mixed(&self, blend: &Mixed<'_, T>, [a, b, choice]: [f64; 3]) -> Option<Bounce<T>> {
         let part = blend.part();
         let (shading, weight, part, choice) = if choice < part {
@@ -266,7 +270,7 @@ impl<T: Number> Shading<'_, T> {
         }
     }
 
-    /// A direction with the density of them all, if there is one.
+    /// A direction with the density of the whole material, if it is nonzero.
     #[inline]
     fn smooth(&self, direction: DVec3) -> Option<Bounce<T>> {
         let density = self.density(direction);
@@ -274,7 +278,7 @@ impl<T: Number> Shading<'_, T> {
         good.then_some(Bounce::Smooth(Sampled { direction, density }))
     }
 
-    /// A way on of one part of a mixture.
+    /// Samples one part of a mixture.
     fn sample_alone(&self, [a, b, choice]: [f64; 3]) -> Option<Bounce<T>> {
         if self.black {
             return None;
@@ -312,7 +316,7 @@ impl<T: Number> Shading<'_, T> {
         self.smooth(direction)
     }
 
-    /// The mirrored direction.
+    /// The mirror direction.
     fn mirrored(&self) -> Vec3<T> {
         let cosine = self.normal.dot(self.viewer);
         self.normal * (cosine * 2.0) - self.viewer
@@ -326,7 +330,7 @@ impl<T: Number> Shading<'_, T> {
         local.x * s + local.y * t + local.z * n
     }
 
-    /// The facets of its rough boundary; those of smooth ones are of no use.
+    /// The facets of its rough boundary; meaningless for smooth ones.
     fn facets(&self) -> Facets<T> {
         let distribution = self.bsdf.facets().map_or(Microfacets::Ggx, |facets| facets.distribution);
         let alpha = self.roughness;

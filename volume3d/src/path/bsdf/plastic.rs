@@ -1,5 +1,5 @@
-//! A diffuse base below a dielectric coating: part is reflected by the coating, and the rest enters, is scattered, and leaves
-//! or is thrown back to be scattered again.
+//! Plastic: a diffuse base below a dielectric coating. Part of the light is reflected by the coating; the
+//! rest enters, is scattered, and leaves or is reflected internally and scattered again.
 
 use std::f64::consts::FRAC_1_PI;
 
@@ -18,7 +18,7 @@ pub(super) struct Coated<'s, T> {
 }
 
 impl<T: Number> Coated<'_, T> {
-    /// f cos θ of a direction above, but for the mirror image in a smooth coating.
+    /// f cos θ of a direction above, without the mirror reflection of a smooth coating.
     pub(super) fn evaluate(&self, direction: Vec3<T>) -> Rgb<T> {
         let base = self.base(direction);
         if self.plastic.facets.is_none() {
@@ -29,7 +29,7 @@ impl<T: Number> Coated<'_, T> {
         base + Rgb::constant(self.plastic.specular_reflectance) * glossy
     }
 
-    /// The density of [`sample`](Self::sample), and of the base alone where the coating is smooth.
+    /// Probability density of [`sample`](Self::sample); with a smooth coating, of the base alone.
     pub(super) fn density(&self, direction: DVec3) -> f64 {
         let part = self.glossy_part();
         let base = (1.0 - part) * diffuse::density(self.shading.normal.value().dot(direction));
@@ -39,7 +39,7 @@ impl<T: Number> Coated<'_, T> {
         base + part * self.shading.facets().reflection_density(direction)
     }
 
-    /// A direction above: of the coating if the choice is below its part, else of the base.
+    /// Samples a direction above: from the coating if `choice` is below its probability, else from the base.
     pub(super) fn sample(&self, [a, b, c]: [f64; 3]) -> DVec3 {
         let part = self.glossy_part();
         if c >= part {
@@ -49,7 +49,7 @@ impl<T: Number> Coated<'_, T> {
         2.0 * viewer.dot(half) * half - viewer
     }
 
-    /// The mirror image in a smooth coating, if the choice is below its part.
+    /// The mirror reflection of a smooth coating, if `choice` is below its probability.
     pub(super) fn mirror(&self, choice: f64) -> Option<Ideal<T>> {
         let part = self.glossy_part();
         (choice < part).then(|| {
@@ -60,7 +60,7 @@ impl<T: Number> Coated<'_, T> {
         })
     }
 
-    /// The probability with which a sample is one of the coating, by what it lets through of the viewer's direction.
+    /// Probability of sampling the coating, from its transmittance in the viewer's direction.
     fn glossy_part(&self) -> f64 {
         let cosine = self.shading.normal.dot(self.shading.viewer).value();
         let let_through = self.coating.transmitted(cosine, self.shading.roughness.value());
@@ -69,8 +69,9 @@ impl<T: Number> Coated<'_, T> {
         if base + coat > 0.0 { coat / (base + coat) } else { 0.5 }
     }
 
-    /// f cos θₒ of the base, ρ/(1 − ρ′ Rᵢ) T(θᵢ) T(θₒ) cos θₒ/(π η²), for what the coating lets through and throws back;
-    /// ρ′ is ρ where colours saturate by being scattered again, and 1 elsewhere. Where it is scattered once it is ρ T(θᵢ) T(θₒ) cos θₒ/π.
+    /// f cos θₒ of the base below the coating, ρ/(1 − ρ′ Rᵢ) T(θᵢ) T(θₒ) cos θₒ/(π η²); ρ′ is ρ for nonlinear
+    /// scattering (colours saturate) and 1 for linear scattering. With single scattering it is ρ T(θᵢ) T(θₒ)
+    /// cos θₒ/π.
     fn base(&self, direction: Vec3<T>) -> Rgb<T> {
         let [viewer, cosine] = [self.shading.viewer, direction].map(|v| self.shading.normal.dot(v));
         let [entering, leaving] =

@@ -1,5 +1,6 @@
-//! The principled model of Burley (2012, 2015), with the terms and weights of Mitsuba's `principled`: a diffuse base with
-//! retro-reflection, a main lobe that blends metal and dielectric, refraction, a clear coat and sheen.
+//! The principled BSDF (Burley 2012, 2015), with the terms and weights of Mitsuba's `principled`: a diffuse
+//! base with retro-reflection, a main lobe that blends metal and dielectric, refraction, a clear coat and
+//! sheen.
 
 use std::f64::consts::{FRAC_1_PI, PI, TAU};
 
@@ -11,22 +12,22 @@ use super::{Shading, dielectric, diffuse};
 use crate::optics::{Microfacets, fresnel};
 use crate::scene::Principled;
 
-/// The least α of the main lobe.
+/// Least α of the main lobe.
 const LEAST_ALPHA: f64 = 1e-3;
 
-/// The principled material at a shading point.
+/// The principled BSDF at a shading point.
 pub(super) struct Lobes<'s, T> {
     shading: &'s Shading<'s, T>,
     principled: &'s Principled<T>,
     facets: Facets<T>,
-    /// The index of refraction beyond the surface over that on the viewer's side.
+    /// Relative index of refraction: beyond the surface over the viewer's side.
     eta: f64,
     /// (1 − metallic) (1 − spec_trans) and (1 − metallic) spec_trans.
     reflecting: T,
     refracting: T,
 }
 
-/// Which lobe a sample is of.
+/// Lobe from which a direction is sampled.
 #[derive(Clone, Copy, Debug)]
 enum Lobe {
     Diffuse,
@@ -78,7 +79,8 @@ impl<'s, T: Number> Lobes<'s, T> {
         sum
     }
 
-    /// The main lobe's Fresnel term on the front: metal in the base colour, the dielectric's, and the tinted one.
+    /// Fresnel term of the main lobe on the front: metal in the base colour, dielectric, and tinted
+    /// dielectric.
     fn tinted_fresnel(&self, dielectric: T, cosine: T) -> Rgb<T> {
         let p = self.principled;
         let one = T::constant(1.0);
@@ -95,7 +97,7 @@ impl<'s, T: Number> Lobes<'s, T> {
         sum
     }
 
-    /// R₀ + (1 − R₀)(1 − cos θ)⁵, by the angle in the thinner medium.
+    /// R₀ + (1 − R₀)(1 − cos θ)⁵, with the angle in the thinner medium.
     fn schlick_towards_white(&self, normal: Rgb<T>, cosine: T) -> Rgb<T> {
         let weight = if self.eta > 1.0 { cosine } else { fresnel::dielectric(cosine, self.eta).1 };
         let weight = schlick(weight);
@@ -129,7 +131,7 @@ impl<'s, T: Number> Lobes<'s, T> {
         T::constant(0.1) + self.principled.clearcoat_gloss * (0.001 - 0.1)
     }
 
-    /// The probabilities of lobes, by what the dielectric reflects at a facet.
+    /// Probabilities of lobes, given the dielectric's reflectance at a facet.
     fn parts(&self, reflected: f64) -> [(Lobe, f64); 4] {
         let parts = if self.shading.behind {
             [0.0, 0.0, 1.0 - reflected, reflected]
@@ -142,7 +144,7 @@ impl<'s, T: Number> Lobes<'s, T> {
         std::array::from_fn(|i| (lobes[i], parts[i] / sum))
     }
 
-    /// The density of [`sample`](Self::sample).
+    /// Probability density of [`sample`](Self::sample).
     pub(super) fn density(&self, direction: DVec3) -> f64 {
         let (n, viewer) = (self.shading.normal.value(), self.shading.viewer.value());
         if n.dot(direction) < 0.0 {
@@ -169,10 +171,11 @@ impl<'s, T: Number> Lobes<'s, T> {
         sum
     }
 
-    /// A direction; nothing if it ends on the wrong side.
+    /// Samples a direction; `None` if it ends on the wrong side.
     ///
-    /// The facet of the main lobe is drawn first, and the lobe by what it reflects. The sum of all parts does not depend on
-    /// the facet, and so neither do the probabilities of the diffuse lobe and of the coat.
+    /// The facet of the main lobe is sampled first, then the lobe by the facet's reflectance. The sum of the
+    /// weights does not depend on the facet, and neither do the probabilities of the diffuse lobe and the
+    /// clear coat.
     pub(super) fn sample(&self, [a, b, c]: [f64; 3]) -> Option<DVec3> {
         let viewer = self.shading.viewer.value();
         let half = self.facets.sample([a, b]);
@@ -210,7 +213,7 @@ pub(super) fn alpha<T: Number>(roughness: T) -> T {
     if alpha.value() > LEAST_ALPHA { alpha } else { T::constant(LEAST_ALPHA) }
 }
 
-/// The facets of a roughness, whose α is divided and multiplied by √(1 − 0.9 a) along u and across.
+/// Facets of a roughness, whose α is divided by √(1 − 0.9 a) along u and multiplied by it orthogonally.
 pub(super) fn facets<T: Number>(shading: &Shading<'_, T>, roughness: T, anisotropic: T) -> Facets<T> {
     let Shading { normal, viewer, along, .. } = *shading;
     let stretch = along.map(|along| {
@@ -222,7 +225,7 @@ pub(super) fn facets<T: Number>(shading: &Shading<'_, T>, roughness: T, anisotro
     Facets { distribution: Microfacets::Ggx, alpha: alpha(roughness), normal, viewer, stretch }
 }
 
-/// Whether a number counts: if it is 0 and stays so it does not.
+/// Whether a parameter matters: not if it is constantly 0.
 pub(super) fn is_there<T: Number>(value: T) -> bool {
     value.value() != 0.0 || !value.is_still()
 }
@@ -237,7 +240,7 @@ pub(super) fn schlick<T: Number>(cosine: T) -> T {
     rest.squared().squared() * rest
 }
 
-/// White, and so much of a colour's hue at luminance 1.
+/// Blend of white and a colour's hue at luminance 1, with weight `part`.
 pub(super) fn tint<T: Number>(colour: Rgb<T>, part: T) -> Rgb<T> {
     let Rgb([r, g, b]) = colour;
     let luminance = r * 0.212_671 + g * 0.715_160 + b * 0.072_169;
@@ -248,8 +251,8 @@ pub(super) fn tint<T: Number>(colour: Rgb<T>, part: T) -> Rgb<T> {
     colour * inverse + white(T::constant(1.0) - part)
 }
 
-/// The diffuse lobe over the base colour: with retro-reflection at grazing angles, and flattened as if by scattering below
-/// the surface (Hanrahan and Krueger 1993).
+/// The diffuse lobe over the base colour, with retro-reflection at grazing angles, and flattened to
+/// approximate subsurface scattering (Hanrahan and Krueger 1993).
 pub(super) fn base_lobe<T: Number>(
     shading: &Shading<'_, T>,
     half: Vec3<T>,
@@ -278,7 +281,7 @@ fn clearcoat_density<T: Number>(cosine: T, alpha: T) -> T {
     beyond / (logarithm * PI) / (cosine.squared() * beyond + one)
 }
 
-/// A facet of the clear coat with density D cos θ, about z.
+/// Samples a facet of the clear coat with density D cos θ, about z.
 fn clearcoat_normal(alpha: f64, [a, b]: [f64; 2]) -> DVec3 {
     let alpha2 = alpha * alpha;
     let cos2 = (1.0 - alpha2.powf(1.0 - b)) / (1.0 - alpha2);

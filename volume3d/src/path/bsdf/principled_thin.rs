@@ -1,5 +1,5 @@
-//! The principled model of a sheet without thickness (Burley 2015), with the terms and weights of Mitsuba's `principledthin`:
-//! light is reflected and passes by facets and diffusely, from both sides alike.
+//! The thin principled BSDF (Burley 2015), with the terms and weights of Mitsuba's `principledthin`: specular
+//! and diffuse reflection and transmission of an infinitely thin sheet, equal from both sides.
 
 use std::f64::consts::FRAC_1_PI;
 
@@ -17,9 +17,10 @@ pub(super) struct Sheet<'s, T> {
     shading: &'s Shading<'s, T>,
     thin: &'s PrincipledThin<T>,
     reflecting: Facets<T>,
-    /// Those that light passes are smoother, or rougher, by the index of refraction (Burley 2015, figure 15).
+    /// Transmitting facets, whose roughness is scaled according to the index of refraction (Burley 2015,
+    /// figure 15).
     passing: Facets<T>,
-    /// Parts: glossy, and of the rest what is reflected and what passes.
+    /// Fractions: specular, and of the rest the reflected and the transmitted one.
     glossy: T,
     reflected: T,
     passed: T,
@@ -69,7 +70,7 @@ impl<'s, T: Number> Sheet<'s, T> {
         sum
     }
 
-    /// Fresnel's term, and so much of its approximation in the base colour's hue.
+    /// Fresnel's term, blended with its approximation in the base colour's hue.
     fn tinted_fresnel(&self, cosine: T) -> Rgb<T> {
         let PrincipledThin { eta, spec_tint, .. } = *self.thin;
         let (reflected, beyond) = fresnel::dielectric(cosine, eta);
@@ -83,7 +84,7 @@ impl<'s, T: Number> Sheet<'s, T> {
         (hue + white(weight)) * spec_tint + white(reflected * (T::constant(1.0) - spec_tint))
     }
 
-    /// The density of [`sample`](Self::sample).
+    /// Probability density of [`sample`](Self::sample).
     pub(super) fn density(&self, direction: DVec3) -> f64 {
         let cosine = self.shading.normal.value().dot(direction);
         let (reflected, passed) = (self.reflected.value(), self.passed.value());
@@ -100,7 +101,7 @@ impl<'s, T: Number> Sheet<'s, T> {
         glossy * facets + if reflected > 0.0 { reflected * diffuse::density(cosine) } else { 0.0 }
     }
 
-    /// A direction; nothing if a facet ends it on the wrong side.
+    /// Samples a direction; `None` if it ends on the wrong side of its facet.
     pub(super) fn sample(&self, [a, b, c]: [f64; 3]) -> Option<DVec3> {
         let (normal, viewer) = (self.shading.normal.value(), self.shading.viewer.value());
         let glossy = 0.5 * self.glossy.value();
@@ -119,13 +120,13 @@ impl<'s, T: Number> Sheet<'s, T> {
         Some(self.shading.above(if above { local } else { -local }))
     }
 
-    /// The direction on the viewer's side that mirrors one below.
+    /// Mirrors a direction below to the viewer's side.
     fn above(&self, direction: Vec3<T>) -> Vec3<T> {
         let normal = self.shading.normal;
         direction - normal * (normal.dot(direction) * 2.0)
     }
 
-    /// Whether the facet that passes light into a direction below has it on its other side.
+    /// Whether the facet that transmits light into a direction below has that direction on its other side.
     fn passes_facet(&self, direction: DVec3) -> bool {
         let above = self.above(Vec3::constant(direction)).value();
         (self.shading.viewer.value() + above).dot(direction) < 0.0

@@ -1,4 +1,4 @@
-//! What reflection depends on at a point, and where it leads.
+//! Shading data of a point, and the results of sampling.
 
 use flatland::calculus::{Number, Rgb, Vec3};
 use glam::DVec3;
@@ -6,32 +6,31 @@ use glam::DVec3;
 use crate::optics::Coating;
 use crate::scene::{Bsdf, Principled, PrincipledThin};
 
-/// A shaded point: everything that reflection depends on.
+/// A shading point: all inputs of the BSDF.
 #[derive(Clone, Debug)]
 pub(crate) struct Shading<'s, T> {
     pub(crate) bsdf: &'s Bsdf,
-    /// What the coating lets through, if it has one.
+    /// Transmittance of the coating, if it has one.
     pub(crate) coating: Option<&'s Coating>,
-    /// On the viewer's side.
+    /// Normal on the viewer's side.
     pub(crate) normal: Vec3<T>,
     pub(crate) viewer: Vec3<T>,
     pub(crate) reflectance: Rgb<T>,
     pub(crate) roughness: T,
-    /// The numbers of a principled model at the point.
+    /// Parameters of a principled BSDF at the point.
     pub(crate) numbers: Option<Box<Numbers<T>>>,
-    /// A unit vector across the normal, along which facets are what they are along u, if that is not what they are
-    /// across.
+    /// Unit tangent of the anisotropy's first axis (u); `None` if isotropic.
     pub(crate) along: Option<Vec3<T>>,
-    /// Whether the viewer is behind a surface that light passes.
+    /// Whether the viewer is behind a transmissive surface.
     pub(crate) behind: bool,
-    /// How much of the surface is there, if not all of it.
+    /// Opacity, if not 1.
     pub(crate) opacity: Option<T>,
-    /// Whether what is there is black.
+    /// Whether the opaque part is black.
     pub(crate) black: bool,
-    /// The surface's own normal on the viewer's side, where `normal` is tilted: light does not arrive from between the two
-    /// horizons.
+    /// The geometric normal on the viewer's side, if `normal` is tilted: no light arrives from between the
+    /// two horizons.
     pub(crate) beneath: Option<Vec3<T>>,
-    /// What it is mixed with, if it is.
+    /// The material it is mixed with, if any.
     pub(crate) blend: Option<Box<Mixed<'s, T>>>,
 }
 
@@ -39,25 +38,25 @@ pub(crate) struct Shading<'s, T> {
 #[derive(Clone, Debug)]
 pub(crate) struct Mixed<'s, T> {
     pub(crate) other: Shading<'s, T>,
-    /// Its part, in [0, 1].
+    /// Its weight, in [0, 1].
     pub(crate) weight: T,
 }
 
-/// The numbers of a principled model at a point.
+/// Parameters of a principled BSDF at a point.
 #[derive(Clone, Debug)]
 pub(crate) enum Numbers<T> {
     Solid(Principled<T>),
     Thin(PrincipledThin<T>),
 }
 
-/// A direction and its density in solid angle.
+/// A direction and its density by solid angle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sampled {
     pub(crate) direction: DVec3,
     pub(crate) density: f64,
 }
 
-/// The only direction that an ideal boundary makes of another, and what arrives from there, over the probability of its
+/// The single direction of an ideal boundary, and its factor on radiance, divided by the probability of its
 /// choice.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ideal<T> {
@@ -65,7 +64,7 @@ pub(crate) struct Ideal<T> {
     pub(crate) factor: Rgb<T>,
 }
 
-/// Where a path may go on.
+/// A sampled continuation of a path.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Bounce<T> {
     Smooth(Sampled),
@@ -73,7 +72,7 @@ pub(crate) enum Bounce<T> {
 }
 
 impl<T: Number> Mixed<'_, T> {
-    /// The probability with which a sample is of the second part: about its weight, but for some that is left to both, as a weight
+    /// Probability of sampling the second part: about its weight, but bounded away from 0 and 1, as a weight
     /// of 0 may have a derivative.
     pub(super) fn part(&self) -> f64 {
         const LEAST: f64 = 0.05;

@@ -1,8 +1,8 @@
-//! An implicit surface and a ray, in numbers.
+//! Intersection of a ray with an implicit surface, over numbers.
 
 use flatland::calculus::{Number, Vec3};
 
-/// A point of an implicit surface in numbers: its normal is that of the level set through it, wherever that goes.
+/// A point of an implicit surface over numbers: its normal is that of the level set through the point.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MovingLevelSet<T> {
     /// ∇φ.

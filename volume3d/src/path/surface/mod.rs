@@ -1,4 +1,4 @@
-//! What a ray hits, in numbers that carry derivatives.
+//! Surface points over numbers.
 
 mod implicit;
 mod triangle;
@@ -14,28 +14,29 @@ use super::relief::Tilted;
 use super::texture::{lookup, luminance};
 use crate::scene::{Bsdf, Reflectance, Relief, Scene, Surface, Value};
 
-/// The least roughness α that a texture gives: below, the lobe is narrower than directions can be told apart.
+/// Least roughness α from a texture: below it, the lobe is narrower than the resolution of directions.
 const LEAST_ALPHA: f64 = 1e-4;
 
-/// A point of a surface that a ray from the viewer hit.
+/// A surface point hit by a ray from the viewer.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SurfacePoint<T> {
     pub(crate) surface: Surface,
     pub(crate) position: Vec3<T>,
-    /// Towards the viewer, unit length.
+    /// Unit vector towards the viewer.
     pub(crate) viewer: Vec3<T>,
     moving: Moving<T>,
 }
 
-/// The surface in numbers. Of each kind it is asked how far away a ray meets it, and at a point of it for coordinates, for
-/// the shading normal and for texture coordinates there.
+/// A surface over numbers. Each kind provides the distance along a ray and, at a point, the coordinates,
+/// shading normal and texture coordinates.
 #[derive(Clone, Copy, Debug)]
 enum Moving<T> {
     Triangle(MovingTriangle<T>),
     Implicit(MovingLevelSet<T>),
 }
 
-/// A texture where a ray meets a triangle; all of it moves: the ray's origin, its direction and the triangle.
+/// A texture at the intersection of a ray and a triangle, where the ray's origin and direction and the
+/// triangle all move.
 pub(super) fn texture_towards<C: Calculus>(
     scene: &Scene,
     calculus: &C,
@@ -48,7 +49,7 @@ pub(super) fn texture_towards<C: Calculus>(
     texture_at(scene, calculus, triangle, moving.coordinates(point), texture)
 }
 
-/// A texture at a point of a triangle, where its corners have these weights.
+/// A texture at given barycentric coordinates of a triangle.
 pub(super) fn texture_at<C: Calculus>(
     scene: &Scene,
     calculus: &C,
@@ -62,8 +63,8 @@ pub(super) fn texture_at<C: Calculus>(
 }
 
 impl<T: Number> SurfacePoint<T> {
-    /// Where the ray o + tω meets a surface, at about the given distance. All of it moves: the origin, the direction and the
-    /// surface.
+    /// Intersection of the ray o + tω with a surface near a given distance, where origin, direction and
+    /// surface all move.
     #[inline]
     pub(crate) fn new<C: Calculus<Number = T>>(
         scene: &Scene,
@@ -88,7 +89,7 @@ impl<T: Number> SurfacePoint<T> {
         }
     }
 
-    /// What reflection depends on; `None` where the surface reflects nothing, whatever its parameters.
+    /// Inputs of the BSDF; `None` if the surface reflects nothing, whatever its parameters.
     #[inline]
     pub(crate) fn shading<'s, C: Calculus<Number = T>>(
         &self,
@@ -109,7 +110,7 @@ impl<T: Number> SurfacePoint<T> {
         self.mixed(scene, calculus, (index, is_open), own)
     }
 
-    /// What a mixture of two materials reflects.
+    /// Shading of a mixture of two materials.
     #[inline(never)]
     fn mixed<'s, C: Calculus<Number = T>>(
         &self,
@@ -126,7 +127,7 @@ impl<T: Number> SurfacePoint<T> {
         Some(Shading { blend, ..shading }).filter(|s| !s.is_dark())
     }
 
-    /// A number of a material.
+    /// A parameter of a material.
     #[inline]
     fn number<C: Calculus<Number = T>>(&self, scene: &Scene, calculus: &C, value: Value) -> T {
         match value {
@@ -135,8 +136,8 @@ impl<T: Number> SurfacePoint<T> {
         }
     }
 
-    /// What one material reflects, without those it is mixed with, whether its back is open or not. `None` where that is nothing,
-    /// unless it is a part of a mixture.
+    /// Shading of one material, without those it is mixed with. `None` if it neither reflects nor transmits,
+    /// unless it is part of a mixture.
     #[inline]
     fn shading_of<'s, C: Calculus<Number = T>>(
         &self,
@@ -209,7 +210,8 @@ impl<T: Number> SurfacePoint<T> {
         })
     }
 
-    /// The numbers of a principled model at the point, and its roughness there: that of all the surface, where it is given.
+    /// Parameters of a principled BSDF at the point, and its roughness there; `roughness` overrides it if
+    /// given.
     #[inline(never)]
     fn principled<C: Calculus<Number = T>>(
         &self,
@@ -224,7 +226,7 @@ impl<T: Number> SurfacePoint<T> {
             Bsdf::PrincipledThin(thin) => Some(Box::new(Numbers::Thin(thin.map(number)))),
             _ => None,
         };
-        // Where it is the same everywhere it is a parameter.
+        // A constant roughness is a parameter.
         let roughness = match (&mut numbers, roughness) {
             (None, alpha) => alpha.unwrap_or(T::constant(0.0)),
             (Some(numbers), given) => {
@@ -239,7 +241,8 @@ impl<T: Number> SurfacePoint<T> {
         (numbers, roughness)
     }
 
-    /// The normal that a relief tilts, of the viewer's side, given that of the front and the same on the viewer's side.
+    /// The bump- or normal-mapped normal on the viewer's side, given the front normal and the normal on the
+    /// viewer's side.
     #[inline(never)]
     fn relieved<C: Calculus<Number = T>>(
         &self,
@@ -252,12 +255,12 @@ impl<T: Number> SurfacePoint<T> {
         // The back is the mirror image of the front.
         let behind = own.dot(self.viewer).value() < 0.0;
         let tilted = if behind { tilted - own * (own.dot(tilted) * 2.0) } else { tilted };
-        // One that turns away from the viewer is turned about the surface's own.
+        // A normal that faces away from the viewer is reflected about the geometric normal.
         let away = tilted.dot(self.viewer).value() <= 0.0;
         if away { normal * (normal.dot(tilted) * 2.0) - tilted } else { tilted }
     }
 
-    /// The direction of the surface in which the first texture coordinate grows, made orthogonal to a normal.
+    /// Direction of increasing first texture coordinate, orthogonalised to a normal.
     fn along(&self, scene: &Scene, normal: Vec3<T>) -> Option<Vec3<T>> {
         let Moving::Triangle(triangle) = &self.moving else { return None };
         let [side, _] = triangle.sides(scene)?;
@@ -272,14 +275,14 @@ impl<T: Number> SurfacePoint<T> {
         lookup(image, texture, [image.wrap; 2], s, t, calculus)
     }
 
-    /// What a tilted normal follows from, where texture coordinates say so.
+    /// Inputs of a bump- or normal-mapped normal, if texture coordinates define them.
     fn tilted(&self, scene: &Scene, normal: Vec3<T>) -> Option<Tilted<T>> {
         let Moving::Triangle(triangle) = &self.moving else { return None };
         let (sides, face) = (triangle.sides(scene)?, triangle.face_normal());
         Some(Tilted { normal, uv: self.uv(scene), sides, face })
     }
 
-    /// The shading normal as it is interpolated, on whichever side.
+    /// The interpolated shading normal, on either side.
     #[inline]
     pub(crate) fn interpolated_normal<C: Calculus<Number = T>>(
         &self,

@@ -1,4 +1,4 @@
-//! A triangle and a ray, in numbers.
+//! Intersection of a ray with a triangle, over numbers.
 
 use flatland::calculus::{Number, Vec3};
 use glam::DVec2;
@@ -6,7 +6,7 @@ use glam::DVec2;
 use crate::path::calculus::Calculus;
 use crate::scene::{NONE, Scene, Triangle};
 
-/// Texture coordinates of a triangle, interpolated by the weights of its corners.
+/// Texture coordinates of a triangle, interpolated barycentrically.
 pub(super) fn uv<T: Number>(scene: &Scene, triangle: u32, weights: [T; 3]) -> [T; 2] {
     let corners: [DVec2; 3] = scene.triangles[triangle as usize].uvs.map(|i| scene.uvs[i as usize]);
     let mix = |f: fn(DVec2) -> f64| {
@@ -15,7 +15,7 @@ pub(super) fn uv<T: Number>(scene: &Scene, triangle: u32, weights: [T; 3]) -> [T
     [mix(|p| p.x), mix(|p| p.y)]
 }
 
-/// A triangle in numbers.
+/// A triangle over numbers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MovingTriangle<T> {
     pub(super) index: u32,
@@ -33,13 +33,13 @@ impl<T: Number> MovingTriangle<T> {
         Self { index, corners, cross }
     }
 
-    /// How far away the ray o + tω meets the plane: t = n·(p₀ − o)/(n·ω).
+    /// Distance along the ray o + tω to the plane: t = n·(p₀ − o)/(n·ω).
     #[inline]
     pub(super) fn distance(&self, origin: Vec3<T>, direction: Vec3<T>) -> T {
         self.cross.dot(self.corners[0] - origin) / self.cross.dot(direction)
     }
 
-    /// The weights of the corners at a point of the plane.
+    /// Barycentric coordinates of a point of the plane.
     #[inline]
     pub(super) fn coordinates(&self, point: Vec3<T>) -> [T; 3] {
         let [a, b, c] = self.corners;
@@ -50,7 +50,7 @@ impl<T: Number> MovingTriangle<T> {
         [T::constant(1.0) - second - third, second, third]
     }
 
-    /// The unit normal that shades, where corners have these weights: interpolated, or else its own.
+    /// Unit shading normal at barycentric coordinates: interpolated, or the geometric one.
     #[inline]
     pub(super) fn shading_normal<C: Calculus<Number = T>>(
         &self,
@@ -70,7 +70,7 @@ impl<T: Number> MovingTriangle<T> {
         self.cross.normalized()
     }
 
-    /// ∂u p and ∂v p for its texture coordinates; nothing if there are none, or these do not span the plane.
+    /// ∂u p and ∂v p; `None` without texture coordinates, or if these are degenerate.
     pub(super) fn sides(&self, scene: &Scene) -> Option<[Vec3<T>; 2]> {
         if self.indices(scene).uvs[0] == NONE {
             return None;
@@ -83,7 +83,7 @@ impl<T: Number> MovingTriangle<T> {
         (span != 0.0).then(|| [mix(second.y, -first.y), mix(-second.x, first.x)])
     }
 
-    /// The face's own unit normal.
+    /// Unit geometric normal.
     pub(super) fn face_normal(&self) -> Vec3<T> {
         self.cross.normalized()
     }

@@ -1,4 +1,4 @@
-//! What shapes emit, as paths of a wave meet it.
+//! Emission met by the paths of a wave.
 
 use std::f64::consts::FRAC_1_PI;
 
@@ -9,13 +9,13 @@ use crate::path::integrator::Paths;
 use crate::scene::{Hit, Surface};
 
 impl Paths<'_> {
-    /// The radiance of a shape that has no texture of it.
+    /// Radiance of a shape without an emission texture.
     pub(super) fn radiance_of(&self, surface: Surface) -> DVec3 {
         let shape = self.scene.shape_of(surface) as usize;
         self.scene.description.shapes[shape].radiance.unwrap_or(DVec3::ZERO)
     }
 
-    /// What the sampled direction of a lane finds emitted, weighted against next-event estimation.
+    /// Emission found in a lane's sampled direction, weighted against next-event estimation.
     pub(super) fn found(&self, row: &Row, lane: usize, hit: &Hit) -> [f64; 3] {
         let Row { arrival, vertices, .. } = row;
         let direction = vertices.sampled.of(lane);

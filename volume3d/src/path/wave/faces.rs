@@ -1,4 +1,4 @@
-//! What a path needs to know of every triangle, at hand.
+//! Compact triangle data for waves.
 
 use flatland::calculus::Vec3;
 use glam::DVec3;
@@ -7,30 +7,30 @@ use crate::path::plain::Plain;
 use crate::path::surface::SurfacePoint;
 use crate::scene::{Bsdf, Hit, Reflectance, Scene};
 
-/// A triangle, as all that meet it ask for it.
+/// A triangle, with the data needed at every hit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Face {
     pub(super) corner: [f64; 3],
-    /// (p₁ − p₀) × (p₂ − p₀), and the same of unit length.
+    /// (p₁ − p₀) × (p₂ − p₀), and the same as a unit vector.
     pub(super) cross: [f64; 3],
     pub(super) normal: [f64; 3],
     pub(super) shape: u32,
-    /// Whether normals of its corners shade it.
+    /// Whether it has vertex normals.
     pub(super) is_smooth: bool,
 }
 
-/// How a shape reflects.
+/// Reflection of a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Finish {
-    /// Nothing.
+    /// None.
     Black,
-    /// Diffusely, the same everywhere, and perhaps on one side only.
+    /// Constant diffuse reflectance, on one or both sides.
     Matt { reflectance: [f64; 3], two_sided: bool },
-    /// In any other way.
+    /// Any other.
     Other,
 }
 
-/// All triangles of a scene, and how shapes reflect.
+/// All triangles of a scene, and the reflection of shapes.
 #[derive(Clone, Debug)]
 pub(super) struct Faces {
     pub(super) faces: Vec<Face>,
@@ -75,7 +75,7 @@ impl Finish {
     }
 }
 
-/// The normal that shades a triangle with normals of its corners, where a ray meets it.
+/// The interpolated normal where a ray meets a triangle with vertex normals.
 #[inline(never)]
 pub(super) fn smooth_normal(scene: &Scene, origin: DVec3, direction: DVec3, hit: &Hit) -> DVec3 {
     let plain = Plain { scene };

@@ -1,8 +1,8 @@
-//! Paths of neighbouring cells, side by side.
+//! Waves: paths of neighbouring cells, traced together.
 //!
-//! The arithmetic at their vertices is that of [`Paths::still_radiance`] in lanes, bit for bit. What is not
-//! plain leaves the wave, and is followed alone from there. Paths that share their random numbers see one
-//! point of a light and take one direction about their normals: what is random is worked out once for all of
+//! Vertices are shaded in SIMD lanes, with the bits of [`Paths::still_radiance`]. A path that meets an
+//! unsupported material leaves the wave and continues alone. Paths with common random numbers sample the same
+//! light point and the same direction about their normals: random quantities are computed once for all of
 //! them, and their shadow rays are traced as fans.
 
 mod emitted;
@@ -25,17 +25,17 @@ use crate::geometry::{Goal, Shadows, Sheaf};
 use crate::lanes::{WIDTH, next};
 use crate::scene::{Hit, Surface, traced_by_this_thread};
 
-/// The state of eight paths.
+/// State of eight paths.
 #[derive(Clone, Copy, Debug)]
 struct Row {
-    /// Lanes that are under way, as bits: those have a hit.
+    /// Bit mask of active lanes; these have a hit.
     active: u32,
     origin: Vectors,
     direction: Vectors,
     throughput: Vectors,
     total: Vectors,
     hits: [Option<Hit>; WIDTH],
-    /// What is hit.
+    /// The hit triangles.
     triangles: [u32; WIDTH],
     arrival: Arrival,
     vertices: Vertices,
@@ -54,14 +54,14 @@ impl Row {
         vertices: Vertices::EMPTY,
     };
 
-    /// Adds radiance to what arrives along a path.
+    /// Adds to the radiance of a path.
     fn add(&mut self, lane: usize, radiance: [f64; 3]) {
         let total = self.total.at(lane);
         self.total.set(lane, [0, 1, 2].map(|c| total[c] + radiance[c]));
     }
 }
 
-/// Paths under way.
+/// Active paths.
 pub(crate) struct Wave<'p> {
     paths: &'p Paths<'p>,
     tables: &'p WaveTables,
@@ -69,14 +69,14 @@ pub(crate) struct Wave<'p> {
     /// Rays from the vertices towards a light, and in sampled directions.
     towards: Sheaf,
     onwards: Sheaf,
-    /// How far the light is.
+    /// Distances to the light.
     distances: [f64; Sheaf::MOST],
-    /// Rays that each path has traced.
+    /// Number of rays traced for each path.
     traced: [u64; Sheaf::MOST],
 }
 
 impl<'p> Wave<'p> {
-    /// How many paths a wave has at most.
+    /// Largest number of paths of a wave.
     pub(crate) const MOST: usize = Sheaf::MOST;
 
     pub(crate) fn new(paths: &'p Paths<'p>, tables: &'p WaveTables) -> Self {
@@ -86,7 +86,7 @@ impl<'p> Wave<'p> {
         Self { paths, tables, rows, towards: sheaf, onwards: sheaf, distances, traced }
     }
 
-    /// How many rays each of the last paths has traced, that of the camera not among them.
+    /// Number of rays traced for each of the last paths, without camera rays.
     pub(crate) fn traced(&self) -> &[u64] {
         &self.traced
     }
@@ -97,7 +97,7 @@ impl<'p> Wave<'p> {
         }
     }
 
-    /// What [`Paths::still_radiance`] is of rays of the camera, which have one origin, with the same random numbers.
+    /// [`Paths::still_radiance`] of camera rays with one origin and common random numbers.
     pub(crate) fn radiances_alike(
         &mut self,
         origin: DVec3,
@@ -108,7 +108,8 @@ impl<'p> Wave<'p> {
         self.follow(origin, rays, LaneDraws::Alike(draws), radiances);
     }
 
-    /// The same of rays with random numbers of their own; those that are left over are of no ray.
+    /// [`Paths::still_radiance`] of camera rays with separate random numbers; results beyond the rays are
+    /// meaningless.
     pub(crate) fn radiances(
         &mut self,
         origin: DVec3,
@@ -153,7 +154,7 @@ impl<'p> Wave<'p> {
         }
     }
 
-    /// What is seen first.
+    /// Starts paths at their first hits.
     fn begin(&mut self, origin: DVec3, rays: impl Iterator<Item = (DVec3, Option<Hit>)>) {
         let scene = self.paths.scene;
         let hides = scene.description.hide_emitters;
@@ -177,7 +178,7 @@ impl<'p> Wave<'p> {
         }
     }
 
-    /// Follows paths alone from where they are.
+    /// Continues paths alone from their current vertices.
     fn leave(&mut self, at: usize, mut lanes: u32, step: &Step<'_>) {
         let row = &mut self.rows[at];
         row.active &= !lanes;
@@ -202,7 +203,7 @@ impl<'p> Wave<'p> {
         }
     }
 
-    /// Works out the next vertices of a row.
+    /// Shades the next vertices of a row.
     fn shade(&mut self, row: usize, step: &Step<'_>) {
         let others = self.arrive(row);
         self.leave(row, others, step);
@@ -222,8 +223,7 @@ impl<'p> Wave<'p> {
         self.rows[row].active &= reflecting;
     }
 
-    /// Looks up what paths of a row arrive at. Those that end there are taken out; returned are those that must go on
-    /// alone.
+    /// Looks up the hits of a row. Paths that end there are removed; returns those that must continue alone.
     fn arrive(&mut self, row: usize) -> u32 {
         let Faces { faces, finishes } = &self.tables.faces;
         let row = &mut self.rows[row];
@@ -261,7 +261,7 @@ impl<'p> Wave<'p> {
         others
     }
 
-    /// Takes the vertices of all rows as origins of rays.
+    /// Sets the vertices of all rows as origins of rays.
     fn leave_vertices(&mut self) {
         for (at, row) in self.rows.iter().enumerate() {
             let lanes = at * WIDTH..(at + 1) * WIDTH;
@@ -274,7 +274,7 @@ impl<'p> Wave<'p> {
         }
     }
 
-    /// Points rays at the light.
+    /// Aims shadow rays at the light.
     fn aim(&mut self, step: &Step<'_>) {
         self.towards.members = 0;
         self.towards.target = step.targets;
@@ -290,8 +290,8 @@ impl<'p> Wave<'p> {
         self.towards.far = self.distances.map(|distance| self.paths.scene.short_of(distance));
     }
 
-    /// Points rays in the sampled directions. Returned are those whose first hits matter; of the others only whether they
-    /// reach the environment does.
+    /// Aims rays in the sampled directions. Returns those whose first hits matter; for the others, only
+    /// whether they reach the environment does.
     fn scatter(&mut self, step: &Step<'_>) -> u32 {
         let (mut traced, mut escaping) = (0, 0);
         let lights = &self.paths.lights;
@@ -317,7 +317,7 @@ impl<'p> Wave<'p> {
         traced
     }
 
-    /// Adds what is reflected of the light, and what comes from the environment where nothing else is asked.
+    /// Adds the reflected light, and that of the environment for rays of which only the escape matters.
     fn light(&mut self, step: &Step<'_>) {
         let goal = step.common.map(|point| Goal { point, distances: &self.distances });
         let towards = Shadows { sheaf: &self.towards, end: goal.as_ref() };
@@ -337,7 +337,7 @@ impl<'p> Wave<'p> {
         }
     }
 
-    /// Follows some of the sampled directions to what is there.
+    /// Continues some of the sampled directions to their hits.
     fn arrive_at_hits(&mut self, mut traced: u32, goes_on: bool) {
         let (paths, scene) = (self.paths, self.paths.scene);
         let mut hits = [None; Self::MOST];
@@ -364,7 +364,7 @@ impl<'p> Wave<'p> {
         }
     }
 
-    /// Adds what comes from the environment along the sampled direction.
+    /// Adds the environment along the sampled direction.
     fn escape(&mut self, at: usize) {
         let Some(environment) = self.tables.environment else { return };
         let (row, lane) = (&mut self.rows[at / WIDTH], at % WIDTH);

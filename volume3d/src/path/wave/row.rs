@@ -1,7 +1,7 @@
-//! Eight paths at their vertices, side by side.
+//! Eight path vertices in SIMD lanes.
 //!
-//! Every number is what [`SurfacePoint`](crate::path::SurfacePoint) and [`Shading`](crate::path::Shading) make of it one by
-//! one, bit for bit: the same operations in the same order, which the compiler only lays side by side.
+//! All numbers have the bits of the scalar [`SurfacePoint`](crate::path::SurfacePoint) and
+//! [`Shading`](crate::path::Shading): the same operations in the same order, vectorised by the compiler.
 
 use std::f64::consts::FRAC_1_PI;
 
@@ -14,10 +14,10 @@ use crate::path::bsdf::diffuse;
 /// Rows of lanes in a wave.
 pub(super) const ROWS: usize = Sheaf::MOST / WIDTH;
 
-/// A number of every lane.
+/// One number per lane.
 pub(super) type Numbers = [f64; WIDTH];
 
-/// A vector of every lane, by coordinate.
+/// One vector per lane, by coordinate.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Vectors(pub(super) [Numbers; 3]);
 
@@ -55,13 +55,13 @@ fn scaled(a: [f64; 3], factor: f64) -> [f64; 3] {
     [a[0] * factor, a[1] * factor, a[2] * factor]
 }
 
-/// The lanes whose numbers a test accepts, as bits.
+/// Bit mask of the lanes whose numbers pass a test.
 #[inline(always)]
 pub(super) fn lanes_where(numbers: &Numbers, test: impl Fn(f64) -> bool) -> u32 {
     numbers.iter().enumerate().fold(0, |mask, (lane, &x)| mask | u32::from(test(x)) << lane)
 }
 
-/// Where rays meet triangles.
+/// Hits of rays on triangles.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Arrival {
     /// A corner of each triangle, and its area vector.
@@ -84,19 +84,19 @@ impl Arrival {
     };
 }
 
-/// The lights that lanes look at: points of shapes that emit.
+/// Light samples of the lanes: points of emitting shapes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lamps {
     pub(super) point: Vectors,
     pub(super) normal: Vectors,
     pub(super) radiance: Vectors,
-    /// The probability of each one's shape, and all its area.
+    /// Probability of each point's shape, and its total area.
     pub(super) probability: Numbers,
     pub(super) area: Numbers,
 }
 
 impl Lamps {
-    /// In place of lights, lights that are seen from nowhere.
+    /// Placeholder: lights that are invisible from everywhere.
     pub(super) const NONE: Self = Self {
         point: Vectors::ZERO,
         normal: Vectors::ZERO,
@@ -106,32 +106,32 @@ impl Lamps {
     };
 }
 
-/// What is asked of eight vertices at once.
+/// Shading of eight vertices.
 pub(super) struct Shade<'a> {
     pub(super) origin: &'a Vectors,
     pub(super) direction: &'a Vectors,
     pub(super) throughput: &'a Vectors,
     pub(super) arrival: &'a Arrival,
     pub(super) lamps: &'a Lamps,
-    /// The directions that are sampled, about z.
+    /// Sampled directions, about z.
     pub(super) local: &'a Vectors,
     pub(super) vertices: &'a mut Vertices,
 }
 
-/// Eight vertices. What is not possible at one of them is any number.
+/// Eight vertices. Undefined quantities have arbitrary values.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Vertices {
     pub(super) position: Vectors,
-    /// On the viewer's side.
+    /// Normals on the viewer's side.
     pub(super) normal: Vectors,
-    /// 1 where something is reflected at all, else 0; NaN where the position is not finite.
+    /// 1 if the vertex reflects, else 0; NaN if the position is not finite.
     pub(super) reflects: Numbers,
-    /// Towards the light, how far it is, 1 where it may be seen, and what is reflected of it if it is.
+    /// Direction to the light, distance, 1 if it may be visible, and its reflected light if it is.
     pub(super) towards: Vectors,
     pub(super) distance: Numbers,
     pub(super) may_see: Numbers,
     pub(super) lit: Vectors,
-    /// The sampled direction, its density, 1 where it is one, and the throughput behind it.
+    /// Sampled direction, its density, 1 if valid, and the throughput after it.
     pub(super) sampled: Vectors,
     pub(super) density: Numbers,
     pub(super) goes_on: Numbers,
@@ -166,10 +166,10 @@ impl Task for Shade<'_> {
 }
 
 impl Shade<'_> {
-    /// Positions, and normals on the viewer's side.
+    /// Computes positions, and normals on the viewer's side.
     #[inline(always)]
     fn meet(&mut self) {
-        // Copies, of which the compiler knows that nothing else is written to them.
+        // Copies, so that the compiler can rule out aliasing.
         let (origins, directions) = (*self.origin, *self.direction);
         let Arrival { corner, cross, own, two_sided, .. } = *self.arrival;
         let (mut positions, mut normals) = (Vectors::ZERO, Vectors::ZERO);
@@ -199,7 +199,7 @@ impl Shade<'_> {
         self.vertices.reflects = reflects;
     }
 
-    /// Directions towards the light, and what is reflected of it.
+    /// Computes directions towards the light, and its reflected light.
     #[inline(always)]
     fn see_lamp(&mut self) {
         let Lamps { point: points, normal: fronts, radiance: radiances, probability, area } = *self.lamps;
@@ -236,7 +236,7 @@ impl Shade<'_> {
         (self.vertices.distance, self.vertices.may_see) = (distances, may_see);
     }
 
-    /// Sampled directions, and the throughput behind them.
+    /// Computes sampled directions, and the throughput after them.
     #[inline(always)]
     fn scatter(&mut self) {
         let (normals, locals) = (self.vertices.normal, *self.local);

@@ -1,5 +1,4 @@
-//! What paths of a wave draw at a vertex: a point of a light and a direction, each its own or one for all of
-//! them.
+//! Random samples of a wave's paths at a vertex: a light point and a direction, separate or common.
 
 use glam::DVec3;
 
@@ -13,13 +12,13 @@ use crate::path::lights::Place;
 use crate::path::sequence::Draws;
 use crate::scene::Surface;
 
-/// The random numbers of the paths of a wave.
+/// Random numbers of the paths of a wave.
 #[derive(Clone)]
 #[expect(clippy::large_enum_variant, reason = "one a wave, on the stack")]
 pub(super) enum LaneDraws<'d> {
-    /// Of all of them.
+    /// Common to all paths.
     Alike(Draws<'d>),
-    /// Of each.
+    /// Separate for each path.
     Own([Draws<'d>; Sheaf::MOST]),
 }
 
@@ -32,24 +31,24 @@ impl<'d> LaneDraws<'d> {
     }
 }
 
-/// Draws of paths at a vertex.
+/// Samples of the paths at a vertex.
 pub(super) struct Step<'d> {
     /// Random numbers up to the vertex.
     pub(super) before: LaneDraws<'d>,
     pub(super) lamps: [Lamps; ROWS],
-    /// The triangles that the lights are points of.
+    /// Triangles of the light points.
     pub(super) targets: [u32; Sheaf::MOST],
-    /// The point of a light that all paths have in common, if they have one.
+    /// The light point common to all paths, if there is one.
     pub(super) common: Option<DVec3>,
-    /// The directions that are sampled, about z.
+    /// Sampled directions, about z.
     pub(super) locals: [Vectors; ROWS],
     pub(super) depth: usize,
     pub(super) goes_on: bool,
 }
 
 impl<'d> Step<'d> {
-    /// What paths draw at their next vertex. Given are the lanes of rows that are under way, as bits, which
-    /// segment this is, and whether there is another.
+    /// Samples at the next vertex, given the bit masks of active lanes of each row, the index of the segment,
+    /// and whether there is another one.
     pub(super) fn draw(
         paths: &Paths<'_>,
         draws: &mut LaneDraws<'d>,
@@ -97,7 +96,7 @@ impl<'d> Step<'d> {
     }
 }
 
-/// A point of a light.
+/// A light point.
 struct Sight {
     spot: Spot,
     triangle: u32,
@@ -106,7 +105,7 @@ struct Sight {
     area: f64,
 }
 
-/// The point of a light, if it is one of a mesh, and the direction about z that a path draws at a vertex.
+/// The light point, if it belongs to a mesh, and the direction about z that a path samples at a vertex.
 fn drawn(paths: &Paths<'_>, draws: &mut Draws<'_>) -> (Option<Sight>, DVec3) {
     let (choice, [a, b]) = (draws.one(), draws.pair());
     let lamp = paths.lights.place([choice, a, b]).and_then(|place| {

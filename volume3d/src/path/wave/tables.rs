@@ -1,4 +1,4 @@
-//! What all waves of a scene share.
+//! Tables shared by all waves of a scene.
 
 use glam::DVec3;
 
@@ -7,18 +7,18 @@ use crate::lanes::Instructions;
 use crate::path::integrator::Paths;
 use crate::scene::Environment;
 
-/// What waves look up, made once for all of them.
+/// Lookup tables of waves.
 #[derive(Clone, Debug)]
 pub(crate) struct WaveTables {
     pub(super) faces: Faces,
-    /// Of an environment that is the same in all directions, and what a camera ray sees of it.
+    /// Radiance of a constant environment.
     pub(super) environment: Option<DVec3>,
     pub(super) instructions: Instructions,
 }
 
 impl WaveTables {
-    /// Of a scene whose paths may go side by side: in empty space, between meshes, and lit by shapes and by a constant
-    /// environment alone.
+    /// Tables of a scene that waves support: no media, meshes only, lit only by shapes without emission
+    /// textures and a constant environment, and with at least one plain diffuse shape; otherwise `None`.
     pub(crate) fn new(paths: &Paths<'_>) -> Option<Self> {
         let description = &paths.scene.description;
         let environment = match &description.environment {

@@ -1,4 +1,4 @@
-//! Shapes whose distance is a formula.
+//! Shapes with a closed-form distance.
 
 mod knot;
 mod rounded_box;

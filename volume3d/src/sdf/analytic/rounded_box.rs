@@ -5,16 +5,17 @@ use glam::{BVec3, DMat3, DVec3};
 
 use super::{Parametric, ShapeError};
 
-/// The points within r of a box whose edges are along the axes: with s the signs and q = |x − c| − h,
+/// The points within r of an axis-aligned box: with s the signs and q = |x − c| − h,
 ///
 /// ```text
 /// φ = |q₊| − r outside the core, max(q) − r inside.
 /// ```
 ///
-/// Parameters: the components of the centre c, those of the half extents h of the core, and the rounding r. The sharp box, r = 0, has
-/// corners that no field made of tracer points follows.
+/// Parameters: the components of the centre c, those of the half extents h of the core, and the rounding r.
+/// The sharp box, r = 0, has corners that no field of tracer points follows.
 ///
-/// Second derivatives jump where a face of the rounded box goes over into an edge, but ∇φ does not, outside the core.
+/// Second derivatives are discontinuous between faces and edges of the rounded box; ∇φ is continuous outside
+/// the core.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoundedBox {
     centre: DVec3,
@@ -22,11 +23,11 @@ pub struct RoundedBox {
     rounding: f64,
 }
 
-/// A point in the box's own frame.
+/// Data of a point in the box's own frame.
 struct Local {
-    /// Of x − c.
+    /// Signs of x − c.
     signs: DVec3,
-    /// Which components of q count: the positive ones, or the largest inside.
+    /// Active components of q: the positive ones, or the largest inside.
     counts: BVec3,
     /// ∂φ/∂q.
     m: DVec3,
@@ -37,7 +38,7 @@ struct Local {
 }
 
 impl RoundedBox {
-    /// A box around a core of half extents h, grown by r ≥ 0.
+    /// A box around a core of half extents h, enlarged by r ≥ 0.
     ///
     /// # Errors
     /// If a parameter is not finite, or an extent or r is negative.
@@ -74,7 +75,7 @@ impl Local {
         self.signs * self.m
     }
 
-    /// ∂²φ/∂q², on the components that count.
+    /// ∂²φ/∂q², on the active components.
     fn curvature_times(&self, v: DVec3) -> DVec3 {
         let v = DVec3::select(self.counts, v, DVec3::ZERO);
         (v - self.m * self.m.dot(v)) * self.inverse
@@ -108,7 +109,7 @@ impl Sdf<DVec3> for RoundedBox {
         SecondOrder { jet: Jet { value: local.distance - self.rounding, gradient }, hessian }
     }
 
-    /// The distance from what is convex is convex.
+    /// The distance from a convex set is convex.
     fn second_derivative_bound(&self) -> f64 {
         0.0
     }

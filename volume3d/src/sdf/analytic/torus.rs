@@ -5,13 +5,15 @@ use glam::{DMat3, DVec3};
 
 use super::{Parametric, ShapeError};
 
-/// The points within r of a circle of radius R around the y axis through c: with p = x − c without its y, ρ = |p|,
+/// The points within r of a circle of radius R around the y axis through c: with p the component of x − c
+/// orthogonal to y, and ρ = |p|,
 ///
 /// ```text
 /// φ = √((ρ − R)² + y²) − r.
 /// ```
 ///
-/// Parameters: the components of c, R, r. ∇φ jumps on the axis; derivatives there and on the circle itself are 0.
+/// Parameters: the components of c, R, r. ∇φ is discontinuous on the axis; derivatives there and on the
+/// circle itself are 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Torus {
     centre: DVec3,
@@ -19,7 +21,7 @@ pub struct Torus {
     minor: f64,
 }
 
-/// A point beside the circle.
+/// Data of a point near the circle.
 struct Local {
     /// Away from the axis; 0 on it.
     outward: DVec3,
@@ -31,7 +33,8 @@ struct Local {
 }
 
 impl Local {
-    /// ∇²φ: m m ᵀ is taken from what turns in the plane through the axis, and around the axis the circle's own curvature counts.
+    /// ∇²φ: (I − m mᵀ)/distance in the plane through the axis, and the circle's own curvature around the
+    /// axis.
     fn hessian(&self) -> DMat3 {
         let bend = if self.distance > 0.0 { self.distance.recip() } else { 0.0 };
         let around = self.outward.cross(DVec3::Y);
@@ -44,7 +47,7 @@ impl Local {
         -self.m.dot(self.outward)
     }
 
-    /// ∇∂φ/∂R = −∇(m·e) with e outward: m and e turn as x moves.
+    /// ∇∂φ/∂R = −∇(m·e) with e outward: m and e rotate as x moves.
     fn gradient_by_major(&self) -> DVec3 {
         let bend = if self.distance > 0.0 { self.distance.recip() } else { 0.0 };
         let along = self.m.dot(self.outward);
@@ -53,10 +56,10 @@ impl Local {
 }
 
 impl Torus {
-    /// A ring of radii R > r > 0, from the axis to the middle of the ring and of the ring itself.
+    /// A ring of radii R > r > 0: from the axis to the centre of the tube, and of the tube itself.
     ///
     /// # Errors
-    /// If a parameter is not finite, r not positive, or R not larger than r.
+    /// If a parameter is not finite, r is not positive, or R is not larger than r.
     pub fn new(centre: DVec3, major: f64, minor: f64) -> Result<Self, ShapeError> {
         for (axis, name) in ["centre.x", "centre.y", "centre.z"].into_iter().enumerate() {
             ShapeError::check("torus", name, centre[axis], "finite", true)?;

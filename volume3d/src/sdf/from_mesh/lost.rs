@@ -1,4 +1,4 @@
-//! Parts of a mesh that a grid has no surface for.
+//! Parts of a mesh that the grid does not resolve.
 
 use flatland::sdf::Sdf as _;
 use glam::DVec3;
@@ -7,18 +7,18 @@ use rayon::prelude::*;
 use crate::geometry::Mesh;
 use crate::sdf::Grid;
 
-/// Points of a triangle along each edge, at most.
+/// Largest number of test points of a triangle along each edge.
 const MOST: usize = 256;
 
-/// The part of the area around which φ has one sign at all nodes, found at points no farther apart than
-/// nodes are.
+/// Fraction of the area around which φ has one sign at all nodes, tested at points no farther apart than the
+/// nodes.
 ///
-/// A flat piece of surface has nodes on both sides at its own cell's corners. At corners and edges that
-/// point into a cell, nodes one cell farther on do; where even those have one sign, no surface of the grid
-/// is nearer than a cell.
+/// A flat piece of surface has nodes on both sides at its own cell's corners. At corners and edges that point
+/// into a cell, nodes one cell farther away do; where even those have one sign, the grid has no surface
+/// within a cell.
 pub(super) fn part(mesh: &Mesh, grid: &Grid) -> f64 {
     let step = grid.spacing().min_element();
-    // A spline does not go through its nodes.
+    // A spline does not interpolate its nodes.
     let values: Vec<f64> =
         (0..grid.nodes().len()).into_par_iter().map(|index| grid.value(grid.position(index))).collect();
     let sums = mesh.triangles().par_iter().map(|triangle| {
@@ -29,7 +29,7 @@ pub(super) fn part(mesh: &Mesh, grid: &Grid) -> f64 {
         let mut lost = 0;
         for i in 0..n {
             for j in 0..n - i {
-                // Centres of the small triangles that point the same way, and of those that do not.
+                // Centres of the small triangles with the same orientation, and of the others.
                 let at = |third: f64| {
                     let (s, t) = ((i as f64 + third) / n as f64, (j as f64 + third) / n as f64);
                     a + (b - a) * s + (c - a) * t

@@ -1,17 +1,18 @@
-//! The slope of a cubic spline, from the Bézier form of its cells.
+//! Slope bound of a cubic spline, from the Bézier form of its cells.
 //!
-//! In every cell each component of ∇φ is a polynomial, of degree 2 along its own axis and 3 along the others; raised to 3 along
-//! all, the three have one Bézier form with vectors for coefficients. ∇φ is a convex combination of its 64 control
-//! vectors (Farin 2002): none is longer than the longest. Differences of nodes alone bound it as well, but at ridges that
-//! run across the axes by up to √3 times as much. They tell which cells are worth the work.
+//! In every cell each component of ∇φ is a polynomial, of degree 2 along its own axis and 3 along the others;
+//! raised to degree 3 along all, the three have one Bézier form with vector coefficients. ∇φ is a convex
+//! combination of its 64 control vectors (Farin 2002), and no longer than the longest of them. Differences of
+//! nodes alone are a bound too, but at ridges oblique to the axes it is up to √3 times as large; they select
+//! the cells for which control vectors are computed.
 
 use rayon::prelude::*;
 
 use super::place;
 
-/// Nodes that count in a cell, along an axis.
+/// Number of nodes that affect a cell, along an axis.
 const WIDTH: usize = 4;
-/// Numbers of a cell.
+/// Number of coefficients of a cell.
 const COUNT: usize = WIDTH * WIDTH * WIDTH;
 
 /// From the B-spline coefficients of an interval to the Bézier coefficients of the cubic.
@@ -22,7 +23,7 @@ const VALUES: [[f64; WIDTH]; WIDTH] = [
     [0.0, 1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0],
 ];
 
-/// The same of its derivative by units of a spacing, raised to degree 3.
+/// The same conversion for the derivative in units of a spacing, raised to degree 3.
 const SLOPES: [[f64; WIDTH]; WIDTH] = [
     [-0.5, 0.0, 0.5, 0.0],
     [-1.0 / 6.0, -4.0 / 6.0, 5.0 / 6.0, 0.0],
@@ -30,14 +31,15 @@ const SLOPES: [[f64; WIDTH]; WIDTH] = [
     [0.0, -0.5, 0.0, 0.5],
 ];
 
-/// A bound that does: steps are nearly those of a distance.
+/// A sufficient bound, for which steps are nearly those of a distance.
 const ENOUGH: f64 = 1.1;
 
-/// Cells that are looked at together.
+/// Cells processed together.
 const TOGETHER: usize = 4096;
 
-/// The longest control vector of all cells of a cubic spline with the `rough` bounds of its nodes, or [`ENOUGH`] if that is longer.
-/// Cells are looked at in the order of their rough bounds, until none is left that could have a longer one.
+/// The longest control vector of all cells of a cubic spline, given the `rough` bounds of its nodes, or
+/// [`ENOUGH`] if that is longer. Cells are processed in order of decreasing rough bound, until no other one
+/// could have a longer vector.
 pub(super) fn slope(nodes: &[f64], size: [usize; 3], per_length: [f64; 3], rough: &[f64]) -> f64 {
     let (largest, cells) = spread(rough, size);
     let mut order: Vec<(f64, usize)> =
@@ -55,8 +57,8 @@ pub(super) fn slope(nodes: &[f64], size: [usize; 3], per_length: [f64; 3], rough
     found
 }
 
-/// The greatest value of the nodes of each cell, cells as many as nodes and one more along each axis: beyond the border nodes
-/// are repeated.
+/// The greatest value among the nodes of each cell; one more cell than nodes along each axis, as nodes are
+/// repeated beyond the border.
 fn spread(values: &[f64], mut size: [usize; 3]) -> (Vec<f64>, [usize; 3]) {
     let mut values = values.to_vec();
     for axis in 0..3 {
@@ -75,7 +77,7 @@ fn spread(values: &[f64], mut size: [usize; 3]) -> (Vec<f64>, [usize; 3]) {
     (values, size)
 }
 
-/// The nodes of a cell, x fastest.
+/// Nodes of a cell, x fastest.
 fn coefficients(nodes: &[f64], size: [usize; 3], cell: [usize; 3]) -> [f64; COUNT] {
     std::array::from_fn(|index| {
         let offset = place(index, [WIDTH; 3]);
@@ -98,7 +100,7 @@ fn longest(nodes: &[f64; COUNT], per_length: [f64; 3]) -> f64 {
     (0..COUNT).map(square).fold(0.0, f64::max).sqrt()
 }
 
-/// A change of basis along the axis on which neighbours are `STEP` numbers apart.
+/// Change of basis along the axis on which neighbours are `STEP` numbers apart.
 fn along<const STEP: usize>(numbers: &[f64; COUNT], basis: &[[f64; WIDTH]; WIDTH]) -> [f64; COUNT] {
     let mut found = [0.0; COUNT];
     for (to, from) in found.chunks_exact_mut(WIDTH * STEP).zip(numbers.chunks_exact(WIDTH * STEP)) {

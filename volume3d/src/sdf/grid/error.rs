@@ -1,9 +1,9 @@
-//! Why node values make no surface.
+//! Errors of grids.
 
 use flatland::sdf::shapes::ShapeError;
 use glam::DVec3;
 
-/// What is wrong with a grid.
+/// Reason for rejecting a grid.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GridError {
@@ -13,18 +13,18 @@ pub enum GridError {
         /// Nodes along x, y and z.
         size: [usize; 3],
     },
-    /// The node values are not as many as the size says.
+    /// The number of node values does not match the size.
     #[error("{found} node values for {} × {} × {} nodes", size[0], size[1], size[2])]
     Count {
         /// Nodes along x, y and z.
         size: [usize; 3],
-        /// Node values given.
+        /// Number of node values given.
         found: usize,
     },
     /// A node value is NaN or infinite.
     #[error("node ({}, {}, {}) is {value}; every node must be finite", node[0], node[1], node[2])]
     NotFinite {
-        /// Its place along x, y and z, from 0.
+        /// Position along x, y and z, from 0.
         node: [usize; 3],
         /// Its value.
         value: f64,
@@ -39,7 +39,7 @@ pub enum GridError {
     },
     /// The low corner is not finite, or a spacing not positive and finite.
     #[error(
-        "a low corner of {low} with a spacing of {spacing} is no place for a grid: both must be finite, and \
+        "invalid grid: the low corner {low} and the spacing {spacing} must be finite, and \
              the spacing positive along every axis"
     )]
     Place {

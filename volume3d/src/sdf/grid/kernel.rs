@@ -1,7 +1,7 @@
-//! Sums over the nodes around a point, one axis after another, with the nodes along x side by side.
+//! Separable sums over the nodes around a point, with the nodes along x in SIMD lanes.
 //!
-//! Code is generated for an instruction set only where it is inlined, see [`Lanes`]: so there are no closures. Nothing is fused, so that bits do not depend
-//! on the machine.
+//! Code is generated for an instruction set only where it is inlined, see [`Lanes`]: there are no closures.
+//! Nothing is fused, so that bits do not depend on the machine.
 
 #![allow(clippy::needless_range_loop, reason = "indices name nodes along an axis, of several tables at once")]
 
@@ -10,28 +10,28 @@ use glam::{DMat3, DVec3};
 
 use crate::lanes::{Half, Lanes};
 
-/// The nodes along x that are looked at, if there are so many: as many as there are lanes.
+/// Nodes loaded along x: the number of lanes.
 const ROW: usize = 4;
-/// The weights of one node that counts alone.
+/// Weights of a single node.
 const ONE: [Half; 3] = [[1.0, 0.0, 0.0, 0.0], [0.0; 4], [0.0; 4]];
 
-/// N × N × N nodes around a point: where they are, and their weights.
+/// Positions and weights of the N × N × N nodes around a point.
 pub(super) struct Stencil<L: Lanes, const N: usize> {
     lanes: L,
-    /// The weights along x, side by side: of the value, the first and the second derivative, by the spacing. Those beyond N
-    /// are 0.
+    /// Weights along x, in lanes: of the value and of the first and second derivative, including the spacing.
+    /// Those beyond N are 0.
     x: [L::Double; 3],
-    /// Those along y and z.
+    /// Weights along y and z.
     y: [Half; 3],
     z: [Half; 3],
     nodes: Nodes,
 }
 
-/// The weights of the nodes along an axis: polynomials of where a point is in its cell, from 0 to 1.
+/// Node weights along an axis: polynomials of a point's position in its cell, from 0 to 1.
 pub(super) struct Weights {
-    /// By power, side by side for the nodes.
+    /// Coefficients by power, in lanes for the nodes.
     powers: [Half; 4],
-    /// How many nodes there are before the cell's first.
+    /// Number of nodes before the cell's first.
     before: i64,
 }
 
@@ -51,7 +51,7 @@ impl Weights {
         before: 1,
     };
 
-    /// Those of the value, the first and the second derivative by length.
+    /// Weights of the value and of the first and second derivative by length.
     #[inline(always)]
     fn at<L: Lanes>(&self, lanes: L, s: f64, per_length: f64) -> [L::Double; 3] {
         let Self { powers: [a, b, c, d], .. } = self;
@@ -71,26 +71,26 @@ impl Weights {
     }
 }
 
-/// Where the nodes of a stencil are in the list of all nodes.
+/// Indices of a stencil's nodes.
 enum Nodes {
-    /// All within the grid: the first, and how far it is to the next row and to the next layer.
+    /// All within the grid: the first index, and the strides of rows and layers.
     Inside { first: usize, row: usize, layer: usize },
-    /// Beyond the border the outermost nodes are repeated: the places along x, and where rows and layers begin.
+    /// Beyond the border the outermost nodes are repeated: indices along x, and starts of rows and layers.
     Border { x: Places, y: Places, z: Places },
 }
 
-/// The places of nodes along an axis, of which some are beyond the border.
+/// Indices of nodes along an axis, some of them beyond the border.
 #[derive(Clone, Copy)]
 struct Places {
     at: [usize; ROW],
-    /// How many there are: one, where all are the same.
+    /// Number of nodes: one if all are equal.
     count: usize,
-    /// Whether none is beyond.
+    /// Whether all nodes are within the grid.
     fits: bool,
 }
 
 impl Places {
-    /// Of `count` nodes from the given one on along an axis of so many nodes, `step` apart in the list.
+    /// Indices of `count` nodes from `first` on along an axis of `size` nodes, `step` apart in the list.
     #[inline(always)]
     fn new(first: i64, count: usize, size: usize, step: usize) -> Self {
         let last = size as i64 - 1;
@@ -105,7 +105,7 @@ impl Places {
 }
 
 impl<L: Lanes, const N: usize> Stencil<L, N> {
-    /// The nodes around a point in units of the spacing; `per_length` is 1 over the spacing.
+    /// Stencil of a point in units of the spacing; `per_length` is 1/spacing.
     #[inline(always)]
     pub(super) fn new(
         lanes: L,
@@ -136,7 +136,7 @@ impl<L: Lanes, const N: usize> Stencil<L, N> {
             let along_x = Places::new(first[0], N, size[0], 1);
             let along_y = Places::new(first[1], N, size[1], row);
             let along_z = Places::new(first[2], N, size[2], layer);
-            // Where all nodes along an axis are the same, so is φ.
+            // If all nodes along an axis are equal, φ is constant along it.
             if along_y.count == 1 {
                 y = ONE;
             }
@@ -148,7 +148,7 @@ impl<L: Lanes, const N: usize> Stencil<L, N> {
         Self { lanes, x, y, z, nodes }
     }
 
-    /// The values of the nodes of row j in layer k.
+    /// Values of the nodes of row j in layer k.
     #[inline(always)]
     fn row(&self, values: &[f64], j: usize, k: usize) -> L::Double {
         let mut found = [0.0; ROW];
@@ -172,7 +172,7 @@ impl<L: Lanes, const N: usize> Stencil<L, N> {
         self.lanes.load_double(&found)
     }
 
-    /// How many rows and layers there are.
+    /// Numbers of rows and layers.
     #[inline(always)]
     fn counts(&self) -> (usize, usize) {
         match &self.nodes {
@@ -199,7 +199,7 @@ impl<L: Lanes, const N: usize> Stencil<L, N> {
     #[inline(always)]
     pub(super) fn value(&self, values: &[f64]) -> f64 {
         match self.counts() {
-            // Known when this is compiled, so that loops are unrolled.
+            // Compile-time constants, so that loops are unrolled.
             (rows, layers) if rows == N && layers == N => self.value_of(values, (N, N)),
             counts => self.value_of(values, counts),
         }
@@ -223,7 +223,7 @@ impl<L: Lanes, const N: usize> Stencil<L, N> {
     #[inline(always)]
     pub(super) fn jet(&self, values: &[f64]) -> Jet<DVec3> {
         match self.counts() {
-            // Known when this is compiled, so that loops are unrolled.
+            // Compile-time constants, so that loops are unrolled.
             (rows, layers) if rows == N && layers == N => self.jet_of(values, (N, N)),
             counts => self.jet_of(values, counts),
         }
@@ -232,7 +232,7 @@ impl<L: Lanes, const N: usize> Stencil<L, N> {
     #[inline(always)]
     fn jet_of(&self, values: &[f64], (rows, layers): (usize, usize)) -> Jet<DVec3> {
         let Self { lanes, x, y, z, .. } = self;
-        // Summed over z, then y, then x; names say which derivatives were taken on the way.
+        // Summed over z, then y, then x; names state which derivatives have been taken.
         let zero = lanes.splat_double(0.0);
         let [mut plain, mut along_y, mut along_z] = [zero; 3];
         for j in 0..rows {
@@ -254,7 +254,7 @@ impl<L: Lanes, const N: usize> Stencil<L, N> {
     #[inline(always)]
     pub(super) fn second_order(&self, values: &[f64]) -> SecondOrder<DVec3> {
         match self.counts() {
-            // Known when this is compiled, so that loops are unrolled.
+            // Compile-time constants, so that loops are unrolled.
             (rows, layers) if rows == N && layers == N => self.second_order_of(values, (N, N)),
             counts => self.second_order_of(values, counts),
         }
@@ -290,7 +290,7 @@ impl<L: Lanes, const N: usize> Stencil<L, N> {
         SecondOrder { jet: Jet { value: self.dot(x[0], plain), gradient }, hessian }
     }
 
-    /// The transpose of [`jet`](Self::jet), added to one number for each node.
+    /// Transpose of [`jet`](Self::jet), added to one number per node.
     #[inline(always)]
     pub(super) fn add_transpose(&self, covector: Jet<DVec3>, gradient: &mut [f64]) {
         let Self { lanes, x, y, z, .. } = self;

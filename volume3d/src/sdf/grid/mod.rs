@@ -1,4 +1,4 @@
-//! Signed distances sampled on a grid.
+//! SDF grids: signed distances sampled on a grid.
 
 mod control;
 mod error;
@@ -21,47 +21,52 @@ use outside::Outside;
 use slope::{SlopeBounds, bend_bound, slope_bounds};
 use visit::{Instructions, Visit};
 
-/// How a grid becomes a function.
+/// Interpolation between nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interpolation {
-    /// Through the eight nodes around a point. It is continuous only: ∇φ jumps from cell to cell, and fields that are made of
-    /// the points of a tracer are biased on it, whatever the resolution. To read grids that were made for it.
+    /// Trilinear. Only continuous: ∇φ is discontinuous between cells, and fields of tracer points are biased,
+    /// whatever the resolution. For reading grids that were made for it.
     Trilinear,
-    /// The uniform cubic B-spline with the node values as coefficients, 64 nodes around a point: twice continuously
-    /// differentiable, as warp fields need it. It smooths, and does not pass through its nodes: of a distance its surface lies about
-    /// h² (κ₁ + κ₂) / 6 inside the one it was sampled from, h being the spacing and κ the curvatures, positive where convex;
-    /// [`Grid::prefiltered`] takes that away.
+    /// The uniform cubic B-spline with the node values as coefficients, 64 nodes per point: twice
+    /// continuously differentiable, as warp fields require. It smooths and does not interpolate its nodes:
+    /// for a distance, its surface lies about h² (κ₁ + κ₂) / 6 inside the sampled one, with h the spacing and
+    /// κ the curvatures, positive if convex; [`Grid::prefiltered`] corrects that.
     Cubic,
 }
 
-/// φ from node values on a regular grid of nx × ny × nz nodes, x fastest, φ > 0 outside. Parameters: the node values.
+/// φ from node values on a regular grid of nx × ny × nz nodes, x fastest, φ > 0 outside. Parameters: the node
+/// values.
 ///
-/// The first node is at the low corner, the next along an axis one spacing further. Beyond the border the outermost nodes are
-/// repeated, and with the distance d to them φ is √(φ² + d²): no more than the distance of the surface, and continuously
-/// differentiable. Where a surface reaches the border there is no d, and φ is constant across it.
-/// The surface belongs inside, with a margin of two nodes for [`Interpolation::Cubic`].
+/// The first node is at the low corner, the next along an axis one spacing farther. Beyond the border the
+/// outermost nodes are repeated, and with the distance d to them φ is √(φ² + d²): at most the distance of the
+/// surface, and continuously differentiable. If the surface reaches the border, φ is instead constant across
+/// it. The surface should be inside, with a margin of two nodes for [`Interpolation::Cubic`].
 ///
 /// # The slope bound
 ///
-/// [`slope_bound`](Sdf::slope_bound) is the largest √(Σ_axis max(d₊², d₋²)), d₊ and d₋ being the differences of a node to its two neighbours
-/// along an axis, by the spacing. For trilinear interpolation, ∂φ/∂x at a point of a cell is Σ_jk w_j w_k d_jk over its four edges along x. As Σ_i w_i = 1
-/// this is Σ_ijk w_i w_j w_k d_jk, and likewise for y and z: ∇φ is a convex combination, with the same weights for all three components,
-/// of the eight vectors of differences along the edges that meet at a corner, of which none is longer than
-/// the bound. For the cubic spline, ∂φ/∂x = Σ Q_i B_j B_k d_ijk with the quadratic weights Q of the
-/// edges along x, and B_i = α_i Q_i + (1 − α_{i−1}) Q_{i−1} with α in [0, 1] (Cox–de Boor). So Q_i is the sum of α_i Q_i and (1 − α_i) Q_i, which
-/// go to the two ends of edge i: again a convex combination, of the same vectors at the corners of 27 cells.
+/// [`slope_bound`](Sdf::slope_bound) is the largest √(Σ_axis max(d₊², d₋²)), with d₊ and d₋ the differences
+/// of a node to its two neighbours along an axis, divided by the spacing. For trilinear interpolation, ∂φ/∂x
+/// at a point of a cell is Σ_jk w_j w_k d_jk over its four edges along x. As Σ_i w_i = 1 this is Σ_ijk w_i
+/// w_j w_k d_jk, and likewise for y and z: ∇φ is a convex combination, with the same weights for all three
+/// components, of the eight vectors of differences along the edges that meet at a corner, none of which is
+/// longer than the bound. For the cubic spline, ∂φ/∂x = Σ Q_i B_j B_k d_ijk with the quadratic weights Q of
+/// the edges along x, and B_i = α_i Q_i + (1 − α_{i−1}) Q_{i−1} with α in [0, 1] (Cox–de Boor). So Q_i is the
+/// sum of α_i Q_i and (1 − α_i) Q_i, assigned to the two ends of edge i: again a convex combination, of the
+/// same vectors at the corners of 27 cells.
 ///
-/// The largest is taken over the nodes that count where φ > 0, which is where rays go: such a point has a positive node among
-/// its 8 or 64. Inside, where distances have a ridge, it would be up to √3 for nothing: [`slope_bound_everywhere`](Sdf::slope_bound_everywhere),
-/// for complements. Ridges outside count: around a bunny in 64 cells it would be 1.54, where no slope of the spline was found to exceed
-/// 1.01. So of cells where it is above 1.1 the longest control vector of ∇φ in Bézier form is taken in its place, which bounds it as
-/// well, and says 1.03 there.
+/// The largest is taken over the nodes that count where φ > 0, where rays are: such a point has a positive
+/// node among its 8 or 64. Inside, where distances have ridges, it would be up to √3 unnecessarily;
+/// [`slope_bound_everywhere`](Sdf::slope_bound_everywhere) includes the inside, for complements. Ridges
+/// outside count: around a bunny in 64 cells the bound would be 1.54, where no slope of the spline exceeds
+/// 1.01. In cells where it is above 1.1, the longest control vector of ∇φ in Bézier form is used instead,
+/// which is a bound too, 1.03 there.
 ///
 /// # The bound on second derivatives
 ///
-/// [`second_derivative_bound`](Sdf::second_derivative_bound) of the cubic spline is the Frobenius norm of the largest second differences of each kind
-/// among the same nodes: ∂²φ/∂x² = Σ L_i B_j B_k (c_{i+1} − 2c_i + c_{i−1})_jk with the linear weights L, and ∂²φ/∂x∂y = Σ Q_i Q_j B_k d_ijk
-/// with the mixed differences d over squares are convex combinations.
+/// [`second_derivative_bound`](Sdf::second_derivative_bound) of the cubic spline is the Frobenius norm of the
+/// largest second differences of each kind among the same nodes: ∂²φ/∂x² = Σ L_i B_j B_k
+/// (c_{i+1} − 2c_i + c_{i−1})_jk with the linear weights L, and ∂²φ/∂x∂y = Σ Q_i Q_j B_k d_ijk with the mixed
+/// differences d over squares are convex combinations.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
     interpolation: Interpolation,
@@ -70,23 +75,23 @@ pub struct Grid {
     size: [usize; 3],
     nodes: Vec<f64>,
     slopes: SlopeBounds,
-    /// The bound on second derivatives.
+    /// Bound on second derivatives.
     bend: f64,
-    /// Whether nothing of the surface reaches the border.
+    /// Whether the surface stays away from the border.
     closed: bool,
     /// 1 over the spacing.
     per_length: DVec3,
-    /// The box within which nodes say something.
+    /// The box within which nodes have an effect.
     inner: (DVec3, DVec3),
     instructions: Instructions,
 }
 
 impl Grid {
-    /// A grid whose first node is at `low`, and whose node (i, j, k) is number i + nx (j + ny k).
+    /// A grid whose first node is at `low`, and whose node (i, j, k) has index i + nx (j + ny k).
     ///
     /// # Errors
-    /// [`GridError`]: fewer than two nodes along an axis, another number of values than the size says, values or a place that
-    /// are not finite, or values of one sign only.
+    /// [`GridError`]: fewer than two nodes along an axis, a number of values that does not match the size,
+    /// values or a placement that are not finite, or values of one sign only.
     pub fn new(
         interpolation: Interpolation,
         low: DVec3,
@@ -133,10 +138,11 @@ impl Grid {
         Ok(Self { closed: grid.bounds().is_some(), inner: grid.inner(), ..grid })
     }
 
-    /// The values of a function at the nodes between two corners: `cells` cubes along the longest side, and no less than the box along the
-    /// others.
+    /// Samples a function at the nodes between two corners: `cells` cubes along the longest side, and at
+    /// least the box along the others.
     ///
-    /// `Grid::sampled(Interpolation::Cubic, bounds, 64, |x| sdf.jet(x).value)?.prefiltered()?` makes a grid of any shape.
+    /// `Grid::sampled(Interpolation::Cubic, bounds, 64, |x| sdf.jet(x).value)?.prefiltered()?` makes a grid
+    /// of any shape.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -150,7 +156,7 @@ impl Grid {
         Self::sampled_together(interpolation, bounds, cells, together)
     }
 
-    /// The same of a function of many points at once.
+    /// [`sampled`](Self::sampled) for a function of many points at once.
     pub(super) fn sampled_together(
         interpolation: Interpolation,
         (low, high): (DVec3, DVec3),
@@ -162,14 +168,14 @@ impl Grid {
         if !(low.is_finite() && extent.is_finite() && spacing > 0.0) {
             return Err(GridError::Place { low, spacing: DVec3::splat(spacing) });
         }
-        // Whole cells, but for rounding of a quotient of up to 10⁶.
+        // Whole cells, except for rounding of a quotient of up to 10⁶.
         let size = extent.to_array().map(|length| (length / spacing - 1e-9).ceil().max(1.0) as usize + 1);
         let at = |index: usize| low + spacing * DVec3::from_array(place(index, size).map(|i| i as f64));
         let points: Vec<DVec3> = (0..size.iter().product()).map(at).collect();
         Self::new(interpolation, low, DVec3::splat(spacing), size, values(&points))
     }
 
-    /// The same nodes, interpolated in the given way.
+    /// Sets the interpolation of the same nodes.
     #[must_use]
     pub fn with_interpolation(mut self, interpolation: Interpolation) -> Self {
         self.interpolation = interpolation;
@@ -180,25 +186,25 @@ impl Grid {
         self
     }
 
-    /// How the nodes become a function.
+    /// Interpolation between the nodes.
     #[must_use]
     pub fn interpolation(&self) -> Interpolation {
         self.interpolation
     }
 
-    /// Where the first node is.
+    /// Position of the first node.
     #[must_use]
     pub fn low(&self) -> DVec3 {
         self.low
     }
 
-    /// Where the last node is.
+    /// Position of the last node.
     #[must_use]
     pub fn high(&self) -> DVec3 {
         self.low + self.spacing * DVec3::from_array(self.size.map(|n| (n - 1) as f64))
     }
 
-    /// From node to node along each axis.
+    /// Spacing of nodes along each axis.
     #[must_use]
     pub fn spacing(&self) -> DVec3 {
         self.spacing
@@ -216,7 +222,7 @@ impl Grid {
         &self.nodes
     }
 
-    /// Where a node is, by its index in [`nodes`](Self::nodes).
+    /// Position of a node, by its index in [`nodes`](Self::nodes).
     #[must_use]
     pub fn position(&self, index: usize) -> DVec3 {
         self.low + self.spacing * DVec3::from_array(place(index, self.size).map(|i| i as f64))
@@ -236,7 +242,7 @@ impl Grid {
 }
 
 impl Interpolation {
-    /// How far apart two nodes may be that count at one point.
+    /// Largest index difference of two nodes that affect the same point.
     fn reach(self) -> usize {
         match self {
             Self::Trilinear => 1,
@@ -246,7 +252,8 @@ impl Interpolation {
 }
 
 impl Interpolation {
-    /// The layers of nodes that count on the border: a spline knows two there, of which beyond it only the outermost is left.
+    /// Number of layers of nodes that affect the border: two for a spline, of which beyond the border only
+    /// the outermost remains.
     pub(super) fn border(self) -> usize {
         match self {
             Self::Trilinear => 1,
@@ -255,7 +262,7 @@ impl Interpolation {
     }
 }
 
-/// A node's place along each axis.
+/// Position of a node along each axis.
 fn place(index: usize, [nx, ny, _]: [usize; 3]) -> [usize; 3] {
     [index % nx, index / nx % ny, index / nx / ny]
 }
@@ -277,7 +284,7 @@ impl Sdf<DVec3> for Grid {
     }
 
     fn slope_bound(&self) -> f64 {
-        // Beyond the border of what is closed it is 1.
+        // Beyond the border of a closed surface the slope is 1.
         if self.closed { self.slopes.outside.max(1.0) } else { self.slopes.outside }
     }
 
@@ -289,7 +296,8 @@ impl Sdf<DVec3> for Grid {
         self.slopes.everywhere.max(self.slope_bound())
     }
 
-    /// From the first node to the last, if all nodes that count on the border and beyond are above the level; else `None`.
+    /// Box from the first node to the last, if all nodes that affect the border and beyond are above the
+    /// level; else `None`.
     fn level_bounds(&self, level: f64) -> Option<(DVec3, DVec3)> {
         let layers = self.interpolation.border();
         let [nx, ny, nz] = self.size;

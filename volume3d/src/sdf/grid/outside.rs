@@ -1,25 +1,27 @@
-//! φ beyond the border of a grid, where no nodes are.
+//! φ beyond the border of a grid.
 
 use flatland::sdf::{Jet, Sdf as _, SecondOrder};
 use glam::{DMat3, DVec3};
 
 use super::{Grid, GridError, Interpolation, place};
 
-/// How a point lies to the box within which nodes say something: beyond it their interpolation is constant across the border.
+/// Position of a point relative to the box within which nodes have an effect: beyond it the interpolation is
+/// constant across the border.
 #[derive(Clone, Copy)]
 pub(super) struct Outside {
-    /// From the nearest point of the box, 0 along axes along which the point is not outside.
+    /// Vector from the nearest point of the box, 0 along axes along which the point is not outside.
     way: DVec3,
-    /// 1 for axes along which it is.
+    /// 1 for axes along which it is outside.
     axes: DVec3,
 }
 
 impl Grid {
-    /// The same with no node inside on its border, of whose layers a cubic spline has two: those are half a spacing outside instead. What reaches the border has
-    /// no [bounds](flatland::sdf::Sdf::bounds), and rays look for it everywhere. A grid that has bounds stays as it is.
+    /// Moves inside nodes on the border (two layers for a cubic spline) to half a spacing outside. A surface
+    /// that reaches the border has no [bounds](flatland::sdf::Sdf::bounds), and rays search for it
+    /// everywhere. A grid with bounds is unchanged.
     ///
     /// # Errors
-    /// [`GridError::OneSign`] if nothing else was inside.
+    /// [`GridError::OneSign`] if no other node was inside.
     pub fn closed(self) -> Result<Self, GridError> {
         if self.bounds().is_some() {
             return Ok(self);
@@ -36,7 +38,8 @@ impl Grid {
         Self::new(self.interpolation, self.low, self.spacing, size, nodes)
     }
 
-    /// How a point lies to the box; nothing inside, and for a surface that reaches the border, which has no outside.
+    /// Position of a point relative to the box; `None` inside, and for a surface that reaches the border,
+    /// which has no outside.
     #[inline]
     pub(super) fn outside(&self, x: DVec3) -> Option<Outside> {
         if !self.closed {
@@ -51,7 +54,7 @@ impl Grid {
         Some(Outside { way, axes: DVec3::new(axis(way.x), axis(way.y), axis(way.z)) })
     }
 
-    /// The box within which nodes say something: one node further than the last the cubic spline has left no other.
+    /// The box within which nodes have an effect: one node beyond the last for the cubic spline.
     pub(super) fn inner(&self) -> (DVec3, DVec3) {
         let margin = match self.interpolation {
             Interpolation::Trilinear => DVec3::ZERO,
@@ -67,14 +70,14 @@ impl Outside {
         (value * value + self.way.length_squared()).sqrt()
     }
 
-    /// √(φ² + d²) from φ at the border and the distance d to it: no farther than the surface, as the box is convex, and
-    /// continuously differentiable, as φ does not change across the border.
+    /// √(φ² + d²) from φ at the border and the distance d to it: at most the distance of the surface, as the
+    /// box is convex, and continuously differentiable, as φ is constant across the border.
     pub(super) fn jet(self, Jet { value, gradient }: Jet<DVec3>) -> Jet<DVec3> {
         let whole = self.value(value);
         Jet { value: whole, gradient: (gradient * value + self.way) / whole }
     }
 
-    /// The same to second order.
+    /// [`jet`](Self::jet) to second order.
     pub(super) fn second_order(self, SecondOrder { jet, hessian }: SecondOrder<DVec3>) -> SecondOrder<DVec3> {
         let there = self.jet(jet);
         let outer = |a: DVec3| DMat3::from_cols(a * a.x, a * a.y, a * a.z);
@@ -82,7 +85,7 @@ impl Outside {
         SecondOrder { jet: there, hessian: (bent - outer(there.gradient)) * there.value.recip() }
     }
 
-    /// How it changes with φ at the border: φ φ̇/√(φ² + d²).
+    /// Its rate from that at the border: φ φ̇/√(φ² + d²).
     pub(super) fn rate(self, border: Jet<DVec3>, rate: Jet<DVec3>) -> Jet<DVec3> {
         let there = self.jet(border);
         let value = border.value * rate.value / there.value;
@@ -90,7 +93,7 @@ impl Outside {
         Jet { value, gradient: gradient / there.value }
     }
 
-    /// The transpose: the covector of the rates at the border.
+    /// Transpose of [`rate`](Self::rate): the covector of the rates at the border.
     pub(super) fn covector(self, border: Jet<DVec3>, covector: Jet<DVec3>) -> Jet<DVec3> {
         let there = self.jet(border);
         let (part, q) = (border.value / there.value, covector.gradient / there.value);

@@ -9,13 +9,14 @@ use super::{Interpolation, control, place};
 pub(super) struct SlopeBounds {
     /// Where φ > 0.
     pub(super) outside: f64,
-    /// Inside as well.
+    /// Including the inside.
     pub(super) everywhere: f64,
 }
 
-/// The bounds that [`Grid`](super::Grid) states: the largest √(Σ_axis max(d₊², d₋²)) over all nodes, where d₊ and d₋ are the
-/// differences to the two neighbours along the axis, by the spacing, and 0 at the border; for `outside` of nodes with a positive
-/// node no farther away along every axis than count together, and of a cubic spline no more than its [control vectors](control) say.
+/// The bounds stated in [`Grid`](super::Grid): the largest √(Σ_axis max(d₊², d₋²)) over all nodes, with d₊
+/// and d₋ the differences to the two neighbours along the axis, divided by the spacing, and 0 at the border.
+/// `outside` is over nodes that share the support of some point with a positive node and, for a cubic spline,
+/// at most the bound of its [control vectors](control).
 pub(super) fn slope_bounds(
     nodes: &[f64],
     size: [usize; 3],
@@ -47,7 +48,8 @@ pub(super) fn slope_bounds(
     SlopeBounds { outside: most_outside, everywhere: most.sqrt() }
 }
 
-/// The bound on second derivatives that [`Grid`](super::Grid) states, where φ > 0. Beyond the border nodes are repeated.
+/// The bound on second derivatives stated in [`Grid`](super::Grid), where φ > 0. Beyond the border nodes are
+/// repeated.
 pub(super) fn bend_bound(
     nodes: &[f64],
     size: [usize; 3],
@@ -78,7 +80,7 @@ pub(super) fn bend_bound(
     (square(own) + 2.0 * square(mixed)).sqrt()
 }
 
-/// Of every node whether a positive one is no more than `reach` nodes away along every axis.
+/// For every node, whether a positive one is at most `reach` nodes away along every axis.
 fn near_positive(nodes: &[f64], size: [usize; 3], reach: usize) -> Vec<bool> {
     let mut near: Vec<bool> = nodes.iter().map(|&value| value > 0.0).collect();
     let mut step = 1;

@@ -1,22 +1,22 @@
-//! The same function on a finer grid.
+//! Subdivision of a grid.
 
 use super::{Grid, GridError, Interpolation};
 
 impl Grid {
     /// The grid of half the spacing, between the same corners: n nodes along an axis become 2n − 1.
     ///
-    /// Away from the border it is the same function: a uniform spline is one of half the spacing, whose coefficients are those of Lane and
-    /// Riesenfeld (1980), along one axis after another
+    /// Away from the border it is the same function: a uniform spline is also one of half the spacing, with
+    /// the coefficients of Lane and Riesenfeld (1980), along one axis after another
     ///
     /// ```text
     /// cubic:      c′_2i = (c_{i−1} + 6 c_i + c_{i+1})/8,   c′_{2i+1} = (c_i + c_{i+1})/2,
     /// trilinear:  c′_2i = c_i,                             c′_{2i+1} = (c_i + c_{i+1})/2.
     /// ```
     ///
-    /// Within a cell of the border, beyond which nodes are repeated, a cubic changes.
+    /// A cubic changes within a cell of the border, beyond which nodes are repeated.
     ///
     /// # Errors
-    /// [`GridError::OneSign`] if what was inside is thinner than a cell, and no new node is.
+    /// [`GridError::OneSign`] if the inside is thinner than a cell and contains no new node.
     pub fn subdivided(&self) -> Result<Self, GridError> {
         let (mut nodes, mut size) = (self.nodes().to_vec(), self.size());
         for axis in 0..3 {

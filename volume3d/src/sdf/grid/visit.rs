@@ -1,4 +1,4 @@
-//! Visits of a point, compiled for the widest instructions that the machine has.
+//! Evaluation of a grid at a point, compiled for the widest instructions of the machine.
 
 use flatland::sdf::{Jet, SecondOrder};
 use glam::DVec3;
@@ -7,21 +7,21 @@ use super::Interpolation;
 use super::kernel::{Stencil, Weights};
 use crate::lanes::{self, Lanes, Task};
 
-/// The instructions that were found.
+/// The instruction set detected.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Instructions(lanes::Instructions);
 
-/// Where a grid is asked, with what is multiplied by the weights there: one number for each node.
+/// A point of evaluation, with the values that are multiplied by the weights: one per node.
 pub(super) struct Visit<'a> {
     pub(super) interpolation: Interpolation,
-    /// The point, with the first node at 0, in spacings.
+    /// The point, relative to the first node, in spacings.
     pub(super) local: DVec3,
     pub(super) per_length: DVec3,
     pub(super) size: [usize; 3],
     pub(super) values: &'a [f64],
 }
 
-/// All machines find the same bits.
+/// Results have the same bits on all machines.
 impl PartialEq for Instructions {
     fn eq(&self, _: &Self) -> bool {
         true
@@ -41,7 +41,7 @@ impl Instructions {
         self.0.run(Second(visit))
     }
 
-    /// The transpose of [`jet`](Self::jet), added to one number for each node; the visit's own values are not looked at.
+    /// Transpose of [`jet`](Self::jet), added to one number per node; the visit's own values are not used.
     pub(super) fn add_transpose(self, visit: Visit<'_>, covector: Jet<DVec3>, gradient: &mut [f64]) {
         self.0.run(Transpose { visit, covector, gradient });
     }

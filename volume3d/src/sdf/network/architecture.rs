@@ -1,4 +1,4 @@
-//! How many layers there are, how wide, and where their weights stand in one list.
+//! Network architecture: layers, sizes, and the layout of weights.
 
 use std::ops::Range;
 
@@ -7,23 +7,24 @@ use flatland::sdf::shapes::ShapeError;
 use super::products::Matrix;
 use crate::lanes::Instructions;
 
-/// The most frequencies: 2³² turns over the unit are past what single precision tells apart.
+/// Largest number of frequencies: 2³² rotations per unit exceed the resolution of single precision.
 const MAX_FREQUENCIES: usize = 32;
 
-/// The most hidden layers, and neurons of one: far more than a processor trains, and few enough to be counted.
+/// Largest numbers of hidden layers, and of neurons per layer.
 const MAX_SIZES: [usize; 2] = [64, 4096];
 
-/// The sizes of a network, and what is not learnt.
+/// Sizes of a network, and what is not learnt.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Architecture {
-    /// How many hidden layers there are, 1 to 64. 4 learn a smooth object, 8 are those of IDR.
+    /// Number of hidden layers, 1 to 64: 4 suffice for a smooth object; IDR has 8.
     pub hidden: usize,
-    /// How many neurons a hidden layer has, 1 to 4096.
+    /// Neurons per hidden layer, 1 to 4096.
     pub width: usize,
-    /// β, how sharply softplus bends, positive: σ(z) = ln(1 + e^{βz})/β. Second derivatives grow with β, and creases need them.
+    /// β > 0, the sharpness of softplus σ(z) = ln(1 + e^{βz})/β. Second derivatives grow with β, as creases
+    /// require.
     pub sharpness: f64,
-    /// L, how many frequencies 1, 2, …, 2^{L−1} the encoding has, at most 32. 0 gives the coordinates themselves; 6 are those of IDR, for
-    /// detail in an object of about unit size.
+    /// L, the number of frequencies 1, 2, …, 2^{L−1} of the encoding, at most 32. 0 for the coordinates
+    /// alone; IDR has 6, for detail in an object of about unit size.
     pub frequencies: usize,
 }
 
@@ -35,7 +36,7 @@ impl Default for Architecture {
 }
 
 impl Architecture {
-    /// Refuses sizes of which no network can be made.
+    /// Refuses invalid sizes.
     pub(crate) fn check(&self) -> Result<(), ShapeError> {
         let Self { hidden, width, sharpness, frequencies } = *self;
         let refuse = |parameter, value, wanted| {
@@ -56,12 +57,12 @@ impl Architecture {
         Ok(())
     }
 
-    /// The components of γ(x).
+    /// Number of components of γ(x).
     pub(super) fn inputs(&self) -> usize {
         3 + 6 * self.frequencies
     }
 
-    /// How many layers have weights: the hidden ones, and that of the output.
+    /// Number of layers with weights: the hidden ones, and the output.
     pub(crate) fn layers(&self) -> usize {
         self.hidden + 1
     }
@@ -79,7 +80,7 @@ impl Architecture {
         (0..self.layers()).map(|k| self.shape(k)).map(|(rows, columns)| rows * (columns + 1)).sum()
     }
 
-    /// Where W_k and b_k stand among the parameters: layer by layer, W_k row by row, then b_k.
+    /// Ranges of W_k and b_k in the parameters: layer by layer, W_k row by row, then b_k.
     pub(crate) fn ranges(&self, k: usize) -> (Range<usize>, Range<usize>) {
         let inner = (0..k).map(|k| self.shape(k)).map(|(rows, columns)| rows * (columns + 1)).sum::<usize>();
         let (rows, columns) = self.shape(k);

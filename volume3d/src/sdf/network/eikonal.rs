@@ -1,4 +1,4 @@
-//! What keeps φ near a distance.
+//! Eikonal loss.
 
 use flatland::random::{open01, stream};
 use flatland::sdf::Jet;
@@ -6,11 +6,12 @@ use glam::DVec3;
 
 use super::SingleNetwork;
 
-/// The eikonal term (Gropp et al. 2020), mean (|∇φ| − 1)² over points, and its covectors ∂/∂(φ, ∇φ) at each, 2/n (1 − 1/|∇φ|) ∇φ,
-/// for [`add_parameter_gradient`](flatland::sdf::Sdf::add_parameter_gradient). Where ∇φ = 0 it has no derivative, and the covector is 0.
-/// Of no points it is NaN.
+/// The eikonal term (Gropp et al. 2020), mean (|∇φ| − 1)² over points, and its covectors ∂/∂(φ, ∇φ) at each,
+/// 2/n (1 − 1/|∇φ|) ∇φ, for [`add_parameter_gradient`](flatland::sdf::Sdf::add_parameter_gradient). Where
+/// ∇φ = 0 it is not differentiable, and the covector is 0. NaN without points.
 ///
-/// In units of |∇φ|², so 1 is a function that is constant. It is usually weighted by 0.1 beside a loss of distances.
+/// In units of |∇φ|²: 1 for a constant function. It is usually weighted by 0.1 relative to a loss of
+/// distances.
 #[must_use]
 pub fn eikonal_loss(jets: &[Jet<DVec3>]) -> (f64, Vec<Jet<DVec3>>) {
     let share = 1.0 / jets.len() as f64;
@@ -24,8 +25,8 @@ pub fn eikonal_loss(jets: &[Jet<DVec3>]) -> (f64, Vec<Jet<DVec3>>) {
 }
 
 impl SingleNetwork {
-    /// Adds a weight times the derivative of the [eikonal term](eikonal_loss) by the weights, at random points between two corners, and
-    /// returns the term.
+    /// Adds a weight times the derivative of the [eikonal term](eikonal_loss) by the weights, at random
+    /// points between two corners, and returns the term.
     ///
     /// # Panics
     /// If there are not as many entries as weights.

@@ -1,8 +1,9 @@
-//! Neural signed distance functions: φ(x) = MLP(γ(x)), with derivatives by hand.
+//! Neural signed distance functions: φ(x) = MLP(γ(x)), with hand-written derivatives.
 //!
-//! A [`Network`] is fully connected, with softplus of sharpness β between its layers (Gropp et al. 2020; IDR: Yariv et al. 2020) and,
-//! if asked for, the positional encoding γ before them. It is an implicit shape like any other, [`Sdf`], one
-//! point at a time and in double precision. A [`SingleNetwork`] is its copy for many points at once, in single precision.
+//! A [`Network`] is fully connected, with softplus of sharpness β between its layers (Gropp et al. 2020; IDR:
+//! Yariv et al. 2020) and an optional positional encoding γ. It is an implicit shape, [`Sdf`], evaluated one
+//! point at a time in double precision. A [`SingleNetwork`] is its copy for many points at once, in single
+//! precision.
 
 mod architecture;
 mod batch;
@@ -27,32 +28,33 @@ use glam::DVec3;
 use self::architecture::Layer;
 use crate::lanes::Instructions;
 
-/// The slope bound of a network for which none was stated.
+/// Default slope bound of a network.
 const SLOPE_BOUND: f64 = 1.5;
 
 /// A fully connected network φ(x) = W_n σ(… σ(W_0 γ(x) + b_0) …) + b_n with softplus σ: an implicit shape.
 ///
-/// # Its slope bound
+/// # The slope bound
 ///
-/// A sphere tracer steps by φ over a bound on |∇φ|. Of a network no useful bound is known: the product of its layers' norms is
-/// one, and so large that rays would not arrive. So the bound here is **what the user states**, 1.5 if nothing, and
-/// not a guarantee: where |∇φ| is larger, rays may pass through. [`greatest_slope`](Self::greatest_slope) measures |∇φ| at given points,
-/// say those at which rays stopped: it tells of every excess that was visited, and not of others. The eikonal term keeps |∇φ|
-/// near 1 where it is sampled.
+/// A sphere tracer steps by φ divided by a bound on |∇φ|. No useful bound is known for networks: the product
+/// of the layers' norms is one, but so large that rays would not arrive. The bound is therefore **stated by
+/// the user**, 1.5 by default, and not a guarantee: where |∇φ| is larger, rays may pass through the surface.
+/// [`greatest_slope`](Self::greatest_slope) measures |∇φ| at given points, for example those at which rays
+/// stopped; it detects an excess only at those. The eikonal term keeps |∇φ| near 1 where it is sampled.
 #[derive(Clone, Debug)]
 pub struct Network {
     architecture: Architecture,
     parameters: Vec<f64>,
     slope_bound: f64,
-    /// Those of the machine.
+    /// Instruction set of the machine.
     instructions: Instructions,
 }
 
 impl Network {
-    /// A network with the given weights: layer by layer W_k row by row (row = output), then b_k.
+    /// A network with the given weights: layer by layer, W_k row by row (row = output), then b_k.
     ///
     /// # Errors
-    /// If a size is out of range, their number is not [`Architecture::parameter_count`], or one is not finite.
+    /// If a size is out of range, the number of weights is not [`Architecture::parameter_count`], or one is
+    /// not finite.
     pub fn new(architecture: Architecture, parameters: Vec<f64>) -> Result<Self, ShapeError> {
         architecture.check()?;
         let (expected, found) = (architecture.parameter_count(), parameters.len());
@@ -66,7 +68,7 @@ impl Network {
         Ok(Self { architecture, parameters, slope_bound: SLOPE_BOUND, instructions: Instructions::detect() })
     }
 
-    /// The same network with another stated bound on |∇φ|.
+    /// Sets the stated bound on |∇φ|.
     ///
     /// # Errors
     /// If it is not positive and finite.
@@ -78,13 +80,13 @@ impl Network {
         Ok(Self { slope_bound, ..self })
     }
 
-    /// Its sizes.
+    /// Its architecture.
     #[must_use]
     pub fn architecture(&self) -> Architecture {
         self.architecture
     }
 
-    /// The greatest |∇φ| at the given points; NaN if one is, 0 if there are none.
+    /// Greatest |∇φ| at the given points; NaN if one is NaN, 0 without points.
     #[must_use]
     pub fn greatest_slope(&self, points: &[DVec3]) -> f64 {
         points.iter().map(|&x| self.jet(x).gradient.length()).max_by(f64::total_cmp).unwrap_or(0.0)
@@ -95,7 +97,7 @@ impl Network {
     }
 }
 
-/// All machines find the same bits.
+/// Results have the same bits on all machines.
 impl PartialEq for Network {
     fn eq(&self, other: &Self) -> bool {
         (self.architecture, &self.parameters, self.slope_bound)

@@ -1,7 +1,8 @@
 //! Softplus and its derivatives for the neurons of a layer, in double precision.
 //!
-//! Plain arithmetic without branches, one neuron like the other, which a compiler does several at a time where it is inlined into
-//! [`Instructions::run`](crate::lanes::Instructions::run). Nothing is fused: all machines find the same bits.
+//! Branchless arithmetic that the compiler vectorises where it is inlined into
+//! [`Instructions::run`](crate::lanes::Instructions::run). Nothing is fused: results have the same bits on
+//! all machines.
 
 use std::f64::consts::LOG2_E;
 
@@ -23,7 +24,8 @@ const EXP: [f64; 12] = [
     1.0,
 ];
 
-/// 2 artanh(s)/s for s² on [0, 1/9], to 3·10⁻¹⁸ (interpolation at Chebyshev points), from the highest power of s².
+/// Polynomial in s² for 2 artanh(s)/s, s² in [0, 1/9], highest power first; error 3·10⁻¹⁸ (interpolation at
+/// Chebyshev points).
 const ARTANH: [f64; 11] = [
     0.170_441_635_627_813_97,
     0.083_245_065_118_608_2,
@@ -38,19 +40,19 @@ const ARTANH: [f64; 11] = [
     2.0,
 ];
 
-/// ln 2 as a number of few bits, whose multiples are exact, and the rest.
+/// ln 2 as a number of few bits, whose multiples are exact, and the remainder.
 const LN_2: [f64; 2] = [0.693_147_180_485_539_1, 7.440_617_110_012_397e-11];
 
-/// 1.5 · 2⁵²: what is added to it is rounded to a whole number, which stands in the low bits.
+/// 1.5 · 2⁵²: adding it rounds to an integer, which is in the low bits.
 const ROUND: f64 = 6_755_399_441_055_744.0;
 
-/// Below this e^t is less than 10⁻³⁰⁷, and taken as that.
+/// Lower bound on t: below it e^t is less than 10⁻³⁰⁷.
 const LEAST: f64 = -707.0;
 
 /// Bits of a fraction.
 const MANTISSA: u32 = 52;
 
-/// σ(z), σ′(z) and σ″(z) of a layer's neurons, softplus of some sharpness.
+/// σ(z), σ′(z) and σ″(z) of a layer's neurons, with softplus σ.
 #[derive(Debug)]
 pub(super) struct Neurons {
     pub(super) value: Vec<f64>,
@@ -67,7 +69,7 @@ impl Neurons {
     }
 }
 
-/// Softplus alone, in place.
+/// Softplus in place, without derivatives.
 pub(super) fn bend(instructions: Instructions, sharpness: f64, z: &mut [f64]) {
     instructions.run(Values { sharpness, z });
 }
@@ -116,14 +118,15 @@ impl Task for All<'_> {
     }
 }
 
-/// ln(1 + e^t) from t and e = e^{−|t|}: max(t, 0) = (t + |t|)/2, which keeps NaN, and ln(1 + e) = 2 artanh(e/(2 + e)).
+/// Softplus ln(1 + e^t) = max(t, 0) + ln(1 + e) from t and e = e^{−|t|}. Here max(t, 0) = (t + |t|)/2, which
+/// propagates NaN, and ln(1 + e) = 2 artanh(e/(2 + e)).
 #[inline(always)]
 fn softplus(t: f64, e: f64) -> f64 {
     let s = e / (2.0 + e);
     0.5 * (t + t.abs()) + s * polynomial(&ARTANH, s * s)
 }
 
-/// e^t for t ≤ 0: 2ⁿ e^r with n whole and |r| ≤ ½ ln 2.
+/// e^t for t ≤ 0: 2ⁿ e^r with integer n and |r| ≤ ½ ln 2.
 #[inline(always)]
 fn exp(t: f64) -> f64 {
     // Not a maximum, which loses NaN.
@@ -131,7 +134,7 @@ fn exp(t: f64) -> f64 {
     let shifted = t * LOG2_E + ROUND;
     let n = shifted - ROUND;
     let r = (t - n * LN_2[0]) - n * LN_2[1];
-    // The bits of ROUND beside n are shifted out.
+    // The bits of ROUND above n are shifted out.
     f64::from_bits(polynomial(&EXP, r).to_bits().wrapping_add(shifted.to_bits() << MANTISSA))
 }
 
@@ -148,7 +151,7 @@ fn polynomial<const N: usize>(coefficients: &[f64; N], x: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Against the library's functions, over all that double precision can hold.
+    /// Comparison with the library's functions, over the range of double precision.
     #[test]
     fn neurons_are_softplus() {
         let sharpness = 100.0;

@@ -1,7 +1,7 @@
-//! One point at a time in double precision.
+//! Evaluation of networks at single points, in double precision.
 //!
-//! With a_{−1} = γ(x), layers z_k = W_k a_{k−1} + b_k and a_k = σ(z_k), and φ = z_n. All derivatives follow from two sweeps,
-//! and none keeps a graph.
+//! With a_{−1} = γ(x), layers z_k = W_k a_{k−1} + b_k and a_k = σ(z_k), and φ = z_n. All derivatives follow
+//! from two sweeps, and no graph is stored.
 
 use flatland::sdf::shapes::{Parametric, ShapeError};
 use flatland::sdf::{Jet, Sdf, SecondOrder};
@@ -11,7 +11,7 @@ use super::Network;
 use super::encoding::{Feature, curved, encode, pull, push};
 use super::neurons::{Neurons, bend};
 
-/// What a sweep from x to φ leaves.
+/// Intermediate values of a sweep from x to φ.
 struct Sweep {
     features: Vec<Feature>,
     /// γ(x).
@@ -57,12 +57,12 @@ impl Network {
     }
 }
 
-/// σ′ times what is given.
+/// σ′ times a vector.
 fn scaled(neurons: &Neurons, by: &[f64]) -> Vec<f64> {
     neurons.slope.iter().zip(by).map(|(slope, y)| slope * y).collect()
 }
 
-/// σ′ y + σ″ ż u: how σ′u changes where y is the change of u and ż that of z.
+/// σ′ y + σ″ ż u: the change of σ′u, where y is the change of u and ż that of z.
 fn turned(neurons: &Neurons, y: &[f64], moving: &[f64], u: &[f64]) -> Vec<f64> {
     let both = neurons.slope.iter().zip(&neurons.curvature).enumerate();
     both.map(|(i, (slope, curvature))| slope * y[i] + curvature * moving[i] * u[i]).collect()
@@ -74,7 +74,7 @@ impl Sdf<DVec3> for Network {
         Jet { value: sweep.value, gradient: pull(&sweep.features, &self.adjoints(&sweep)[0]) }
     }
 
-    /// Forward alone.
+    /// The forward sweep alone.
     fn value(&self, x: DVec3) -> f64 {
         let mut inputs: Vec<f64> = encode(x, self.architecture.frequencies).map(|f| f.value).collect();
         let mut z = vec![];
@@ -91,7 +91,8 @@ impl Sdf<DVec3> for Network {
         inputs[0]
     }
 
-    /// H = Σ_k Σ_i u_i σ″_i ∇z_i ∇z_iᵀ over all neurons, with u_i = ∂φ/∂a_i, and what the encoding bends.
+    /// H = Σ_k Σ_i u_i σ″_i ∇z_i ∇z_iᵀ over all neurons, with u_i = ∂φ/∂a_i, plus the curvature of the
+    /// encoding.
     fn second_order(&self, x: DVec3) -> SecondOrder<DVec3> {
         let sweep = self.sweep(x);
         let adjoints = self.adjoints(&sweep);
@@ -111,7 +112,7 @@ impl Sdf<DVec3> for Network {
         SecondOrder { jet: Jet { value: sweep.value, gradient }, hessian }
     }
 
-    /// What the user [states](Network::with_slope_bound).
+    /// The bound [stated](Network::with_slope_bound) by the user.
     fn slope_bound(&self) -> f64 {
         self.slope_bound
     }
@@ -120,7 +121,8 @@ impl Sdf<DVec3> for Network {
         self.parameters.len()
     }
 
-    /// Forward δz_k = δW_k a + δb_k + W_k δa; then, with p_k = ∂φ/∂a_{k−1}, back δp_k = δW_kᵀ(σ′p) + W_kᵀ(σ′δp + σ″δz p).
+    /// Forward δz_k = δW_k a + δb_k + W_k δa; then, with p_k = ∂φ/∂a_{k−1}, backward
+    /// δp_k = δW_kᵀ(σ′p) + W_kᵀ(σ′δp + σ″δz p).
     fn rate(&self, x: DVec3, direction: &[f64]) -> Jet<DVec3> {
         let sweep = self.sweep(x);
         let adjoints = self.adjoints(&sweep);
@@ -146,9 +148,9 @@ impl Sdf<DVec3> for Network {
         Jet { value: moving[last][0], gradient: pull(&sweep.features, &bent) }
     }
 
-    /// The gradient of c φ + q·∇φ, where q·∇φ = φ̇ for who moves with velocity q: forward ż_k = W_k ȧ_{k−1} and ȧ = σ′ż from
-    /// ȧ_{−1} = Jγ q; then back, from z̄ = c and ż̄ = 1 at φ, with W̄ = z̄ aᵀ + ż̄ ȧᵀ, b̄ = z̄, v = Wᵀ z̄, u = Wᵀ ż̄ at each layer and
-    /// z̄ = σ′v + σ″ż u, ż̄ = σ′u before it.
+    /// Gradient of c φ + q·∇φ, where q·∇φ = φ̇ for a point with velocity q: forward ż_k = W_k ȧ_{k−1} and
+    /// ȧ = σ′ż from ȧ_{−1} = Jγ q; then backward, from z̄ = c and ż̄ = 1 at φ, with W̄ = z̄ aᵀ + ż̄ ȧᵀ,
+    /// b̄ = z̄, v = Wᵀ z̄, u = Wᵀ ż̄ at each layer and z̄ = σ′v + σ″ż u, ż̄ = σ′u before it.
     fn add_parameter_gradient(&self, x: DVec3, covector: Jet<DVec3>, gradient: &mut [f64]) {
         let sweep = self.sweep(x);
         let (mut moving, mut tangents) = (vec![], vec![push(&sweep.features, covector.gradient)]);

@@ -1,17 +1,18 @@
-//! Products of a matrix with one vector, in double precision.
+//! Matrix–vector products in double precision.
 //!
-//! Sums run side by side in so many registers as there are, which a compiler finds where they are inlined into
-//! [`Instructions::run`](crate::lanes::Instructions::run). Nothing is fused, and their order is fixed: all machines find the same bits.
+//! Independent sums fill the registers, which the compiler finds where they are inlined into
+//! [`Instructions::run`](crate::lanes::Instructions::run). Nothing is fused, and the order is fixed: results
+//! have the same bits on all machines.
 
 use crate::lanes::{Instructions, Lanes, Task};
 
-/// Numbers of a row that are multiplied at a time.
+/// Numbers of a row multiplied at a time.
 const WIDE: usize = 8;
 
-/// Rows that are summed side by side.
+/// Rows summed in parallel.
 const TALL: usize = 4;
 
-/// Columns that are summed side by side.
+/// Columns summed in parallel.
 const COLUMNS: usize = 32;
 
 /// W, row by row.
@@ -19,12 +20,12 @@ const COLUMNS: usize = 32;
 pub(super) struct Matrix<'w> {
     pub(super) entries: &'w [f64],
     pub(super) columns: usize,
-    /// Those of the machine.
+    /// Instruction set of the machine.
     pub(super) instructions: Instructions,
 }
 
 impl Matrix<'_> {
-    /// Adds W x to a number for each row.
+    /// Adds W x to one number per row.
     pub(super) fn add(self, x: &[f64], y: &mut [f64]) {
         self.instructions.run(Add { matrix: self, x: &x[..self.columns], y });
     }

@@ -1,4 +1,4 @@
-//! Weights to begin with: those of a sphere.
+//! Geometric initialisation: weights of a sphere.
 
 use std::f64::consts::{PI, TAU};
 
@@ -7,17 +7,18 @@ use flatland::sdf::shapes::ShapeError;
 
 use super::{Architecture, Network};
 
-/// The standard deviation of the last weights, as in SAL and IDR.
+/// Standard deviation of the last weights, as in SAL and IDR.
 const LAST: f64 = 1e-4;
 
 impl Network {
-    /// A network with φ(x) ≈ |x| − r, by the geometric initialisation of Atzmon and Lipman (SAL, 2020), Theorem 1, with the encoding as in
-    /// IDR (Yariv et al. 2020).
+    /// A network with φ(x) ≈ |x| − r, by the geometric initialisation of Atzmon and Lipman (SAL, 2020),
+    /// Theorem 1, with the encoding as in IDR (Yariv et al. 2020).
     ///
-    /// With n rows, hidden weights are normal with variance 2/n, the last ones have mean √(π/n), the bias of φ is −r, and other
-    /// biases are 0; so are the weights of all waves of the encoding. A layer then keeps lengths in the mean, and the
-    /// mean of the last a_i is |x|/√π √n. What it deviates by falls as 1/√width: of 4 × 64 networks (φ + r)/|x| was 0.99 ± 0.33 over 100
-    /// seeds. Choose r as about half the object's size: training begins best from a sphere inside the region of interest.
+    /// With n rows, hidden weights are normal with variance 2/n, the last ones have mean √(π/n), the bias of
+    /// φ is −r, and other biases are 0; so are the weights of all waves of the encoding. A layer then
+    /// preserves lengths in the mean, and the mean of the last a_i is |x|/√π √n. The deviation falls as
+    /// 1/√width: for 4 × 64 networks (φ + r)/|x| was 0.99 ± 0.33 over 100 seeds. Choose r about half the
+    /// object's size: training works best from a sphere inside the region of interest.
     ///
     /// # Errors
     /// If a size is out of range, or the radius is not positive and finite.

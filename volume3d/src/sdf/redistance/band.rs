@@ -1,9 +1,10 @@
-//! The nodes that the surface is made of.
+//! The band: nodes that determine the surface.
 
 use crate::sdf::{Grid, Interpolation};
 
-/// Of every node whether it counts in a cell where φ may be 0: where neither all coefficients of its Bézier form are positive, nor all negative
-/// or 0. φ is within their range, and of one sign in all other cells.
+/// For every node, whether it affects a cell in which φ may be 0: whether the coefficients of the cell's
+/// Bézier form are neither all positive nor all negative or 0. φ is within their range, and has one sign in
+/// all other cells.
 pub(in crate::sdf) fn band(grid: &Grid) -> Vec<bool> {
     match grid.interpolation() {
         Interpolation::Trilinear => Cells::<2>::mixed(grid).nodes_where(|_| true),
@@ -13,10 +14,11 @@ pub(in crate::sdf) fn band(grid: &Grid) -> Vec<bool> {
 
 type Block<T, const N: usize> = [[[T; N]; N]; N];
 
-/// Cells whose N × N × N nodes have both signs. Those beyond the border have a place, too: of them, the outermost nodes are repeated.
+/// Cells whose N × N × N nodes have both signs, including cells beyond the border, where the outermost nodes
+/// are repeated.
 struct Cells<'a, const N: usize> {
     grid: &'a Grid,
-    /// The places of the first of their nodes, from 1 − N on.
+    /// Positions of the first of their nodes, from 1 − N on.
     firsts: Vec<[i64; 3]>,
 }
 
@@ -33,7 +35,8 @@ impl<'a, const N: usize> Cells<'a, N> {
                 for i in 0..size[0] {
                     for (axis, (at, step)) in [i, j, k].into_iter().zip(steps).enumerate() {
                         if at + 1 < size[axis] && (nodes[index] > 0.0) != (nodes[index + step] > 0.0) {
-                            // Cells from the one that ends with the next node to the one that begins with this.
+                            // Cells from the one that ends with the next node to the one that begins with
+                            // this one.
                             let mut begin = [i, j, k];
                             begin[axis] += 1;
                             for z in begin[2]..=k + reach {
@@ -56,7 +59,7 @@ impl<'a, const N: usize> Cells<'a, N> {
         Self { grid, firsts }
     }
 
-    /// The nodes of those cells with values for which something holds.
+    /// Nodes of those cells whose values satisfy a condition.
     fn nodes_where(&self, holds: impl Fn(Block<f64, N>) -> bool) -> Vec<bool> {
         let nodes = self.grid.nodes();
         let mut counts = vec![false; nodes.len()];

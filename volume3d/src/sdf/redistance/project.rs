@@ -1,14 +1,14 @@
-//! From nodes to the nearest points of the surface.
+//! Projection of nodes to the nearest points of the surface.
 
 use flatland::sdf::Sdf as _;
 use glam::DVec3;
 
 use crate::sdf::Grid;
 
-/// What of a cell is as good as nothing along the normal, besides four roundings of the place.
+/// Convergence tolerance along the normal relative to a cell, in addition to four roundings of the position.
 const EXACT: f64 = 1e-9;
 
-/// The point of the surface that is nearest to a node.
+/// The surface point nearest to a node.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Foot {
     pub(super) point: DVec3,
@@ -16,8 +16,9 @@ pub(super) struct Foot {
     pub(super) slope: f64,
 }
 
-/// Newton's method with a part that keeps the foot below the node (Chopp 2001), to 10⁻⁹ of a cell along the normal and 10⁻³ aside. `None` if it
-/// does not arrive in 30 steps, or farther away than nodes of a cell that the surface passes can be.
+/// Newton's method with a tangential component that keeps the foot below the node (Chopp 2001), to 10⁻⁹ of a
+/// cell along the normal and 10⁻³ tangentially. `None` if it does not converge in 30 steps, or converges
+/// farther away than nodes of a cell that the surface crosses can be.
 pub(super) fn foot(grid: &Grid, node: usize) -> Option<Foot> {
     let (x, spacing) = (grid.position(node), grid.spacing());
     let least = spacing.min_element();

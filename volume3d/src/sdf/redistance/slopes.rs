@@ -1,4 +1,4 @@
-//! The slope of the surface, smoothed.
+//! Smoothed slope of the surface.
 
 use glam::DVec3;
 
@@ -6,10 +6,10 @@ use super::Slopes;
 use super::project::Foot;
 use crate::sdf::Grid;
 
-/// Cells from one point of the lattice to the next.
+/// Lattice spacing, in cells.
 const PITCH: f64 = 8.0;
 
-/// By what nodes are divided.
+/// Divisors of the nodes.
 pub(super) enum MeanSlopes {
     /// One mean for all.
     Overall(f64),
@@ -17,7 +17,7 @@ pub(super) enum MeanSlopes {
 }
 
 impl MeanSlopes {
-    /// And the mean over all. `None` if there are no feet.
+    /// The divisors, and the overall mean. `None` without feet.
     pub(super) fn new(grid: &Grid, slopes: Slopes, feet: &[Option<Foot>]) -> Option<(Self, f64)> {
         let count = feet.iter().flatten().count();
         let overall = feet.iter().flatten().map(|foot| foot.slope).sum::<f64>() / count as f64;
@@ -36,7 +36,7 @@ impl MeanSlopes {
     }
 }
 
-/// Means over 8 cells in all directions, on a lattice, with what is linear between its points.
+/// Means over 8 cells in all directions, on a lattice with linear interpolation.
 pub(super) struct Lattice {
     low: DVec3,
     pitch: DVec3,
@@ -45,7 +45,7 @@ pub(super) struct Lattice {
 }
 
 impl Lattice {
-    /// Points without a foot near by have the mean of all.
+    /// Points without a foot nearby have the overall mean.
     fn new(grid: &Grid, overall: f64, feet: &[Option<Foot>]) -> Self {
         let size = grid.size().map(|n| (n as f64 / PITCH).ceil() as usize + 1);
         let pitch = PITCH * grid.spacing();
@@ -66,7 +66,7 @@ impl Lattice {
         self.weights(x).iter().map(|&(at, weight)| weight * self.means[at]).sum()
     }
 
-    /// The eight points around x, with their weights.
+    /// The eight lattice points around x, with their weights.
     fn weights(&self, x: DVec3) -> [(usize, f64); 8] {
         let most = DVec3::from_array(self.size.map(|n| (n - 1) as f64));
         let local = ((x - self.low) / self.pitch).clamp(DVec3::ZERO, most);

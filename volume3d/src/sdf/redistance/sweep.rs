@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 
-/// The solution of |∇u| = 1 at all nodes, upwind from those with a value: Gauss–Seidel sweeps in the eight orders of the axes' directions
-/// (Zhao 2005), over the nodes of which a neighbour changed since they were visited (Bak, McLaughlin and Renzi 2010), until none
-/// is left. Changes below 10⁻⁹ of a cell count as none.
+/// Solution of |∇u| = 1 at all nodes, upwind from those with a value: Gauss–Seidel sweeps in the eight orders
+/// of the axes' directions (Zhao 2005), over the nodes of which a neighbour changed since they were visited
+/// (Bak, McLaughlin and Renzi 2010), until none is left. Changes below 10⁻⁹ of a cell are ignored.
 pub(super) fn sweep(known: &[Option<f64>], size: [usize; 3], spacing: DVec3) -> Vec<f64> {
     let mut front = Front::new(known, size, spacing);
     while front.open.contains(&true) {
@@ -15,16 +15,16 @@ pub(super) fn sweep(known: &[Option<f64>], size: [usize; 3], spacing: DVec3) -> 
     front.inner().map(|index| front.u[index]).collect()
 }
 
-/// The nodes within one more layer on all sides, where u is infinite.
+/// The nodes, padded by one layer on all sides where u is infinite.
 struct Front {
     size: [usize; 3],
-    /// From a node to the next along each axis.
+    /// Index strides along each axis.
     steps: [usize; 3],
     /// 1/h² along each axis.
     weights: [f64; 3],
     enough: f64,
     u: Vec<f64>,
-    /// Whether u is given, or beyond the border.
+    /// Whether u is given, or the node is padding.
     fixed: Vec<bool>,
     /// Whether a neighbour changed since the last visit.
     open: Vec<bool>,
@@ -58,13 +58,13 @@ impl Front {
         (i + 1) + (j + 1) * self.steps[1] + (k + 1) * self.steps[2]
     }
 
-    /// The indices of all nodes but the added ones, in their order.
+    /// Indices of all nodes except padding, in order.
     fn inner(&self) -> impl Iterator<Item = usize> + use<> {
         let ([nx, ny, nz], [_, row, layer]) = (self.size, self.steps);
         (1..=nz).flat_map(move |k| (1..=ny).flat_map(move |j| (1..=nx).map(move |i| i + j * row + k * layer)))
     }
 
-    /// Visits the open nodes once, in an order whose bits say which axes are followed backwards.
+    /// Visits the open nodes once; the bits of `order` select the axes traversed backwards.
     fn sweep(&mut self, order: usize) {
         let size = self.size;
         let place =
@@ -91,7 +91,7 @@ impl Front {
         }
     }
 
-    /// Opens the neighbours that may become less because of a node.
+    /// Opens the neighbours that may decrease because of a node.
     fn open_around(&mut self, index: usize) {
         for step in self.steps {
             for other in [index - step, index + step] {
@@ -119,7 +119,7 @@ fn upwind(a: [f64; 3], weights: [f64; 3]) -> f64 {
             break;
         }
         (total, first, second) = (total + weight, first + weight * a, second + weight * a * a);
-        // Not negative but for rounding, as u is above a.
+        // Negative only by rounding, as u is above a.
         let discriminant = first * first - total * (second - 1.0);
         u = (first + discriminant.max(0.0).sqrt()) / total;
     }

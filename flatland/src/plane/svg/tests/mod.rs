@@ -1,4 +1,4 @@
-//! What drawings become; what is refused stands in a file of its own.
+//! Tests of the geometry and the colours read from SVG; rejected input is tested in `refused`.
 
 mod refused;
 
@@ -216,7 +216,7 @@ fn gradient_values() {
          <rect width='10' height='10' fill='url(#g)'/>"
     ));
     assert_eq!(red(&drawing, 5.0, 5.0), DVec3::X);
-    // Equal colours at one offset are no jump.
+    // Equal colours at one offset are no discontinuity.
     let drawing = draw(
         "<linearGradient id='g'><stop/><stop offset='.5' stop-color='red'/>\
          <stop offset='.5' stop-color='#f00'/><stop offset='1'/></linearGradient>\
@@ -330,7 +330,7 @@ fn used_elements_belong_to_the_use() {
     assert!(drawing.shapes_under("leaf").is_empty());
     assert_eq!(drawing.shapes_under("from"), [4]);
     assert_eq!(drawing.scene.value(drawing.scene.hit(point(51.5, 1.5)).as_ref(), point(51.5, 1.5)), DVec3::X);
-    // Clipping viewports are refused.
+    // Clipping viewports are rejected.
     let error = refuse("<svg width='1' height='1'><rect width='3' height='3'/></svg>");
     assert!(matches!(&error, SvgError::Unsupported { what, .. } if what == "clipping"), "{error}");
 }

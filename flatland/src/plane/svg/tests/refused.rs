@@ -1,14 +1,14 @@
-//! What is refused, by name and place, and that nothing makes the reader panic.
+//! Tests of rejected input: errors give name and position, and no input makes the reader panic.
 
 use super::*;
 use crate::plane::SceneError;
 
-/// Every refusal names the element, its id and its place, and what is wrong.
+/// Every error names the element, its id, its position and the cause.
 #[test]
 fn what_cannot_be_drawn_is_refused_by_name() {
     let square = "width='1' height='1'";
     let rect = |attributes: &str| format!("<rect id='bad' {square} {attributes}/>");
-    // What is wrong, and attributes of a square with it.
+    // Causes, and attributes of a square that has them.
     let attributes = [
         ("stroke", "stroke='red'"),
         ("stroke", "fill='none' style='stroke:#000'"),
@@ -87,12 +87,12 @@ fn what_cannot_be_drawn_is_refused_by_name() {
         let defined = if content.contains("id='m'") { "" } else { defined };
         let message = refuse(&format!("{defined}\n{content}")).to_string();
         let place = message.contains("id=\"bad\"> at line 3, column");
-        // A number beyond single precision is found when it is read, or when it is placed.
+        // A number beyond single precision is found when it is read or when it is transformed.
         let is_named = message.contains(what.trim()) || (what == " d=" && message.contains("10⁶"));
         assert!(place && is_named, "{content}: {message}");
     }
     assert!(matches!(refuse("<g id='bad'><use href='#bad'/></g>"), SvgError::Unsupported { .. }));
-    // Gradients are told by what they paint.
+    // Errors about gradients name the element painted.
     let stops = "<stop/><stop offset='1' stop-color='red'/>";
     for (what, gradient) in [
         ("spreadMethod", format!("<linearGradient id='h' spreadMethod='reflect'>{stops}</linearGradient>")),

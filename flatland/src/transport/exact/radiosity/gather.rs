@@ -1,4 +1,4 @@
-//! Light gathered at a point: direct light in closed form, and the weights of all nodes' values.
+//! Light gathered at a point: direct light in closed form, and weights of all nodes' values.
 
 use std::collections::BTreeMap;
 
@@ -10,43 +10,43 @@ use crate::transport::exact::direct::{Surface, SurfaceMotion, may_scatter, turn}
 use crate::transport::exact::visible::{End, Interval};
 use crate::transport::{Tangent, World};
 
-/// A piece of directions is halved while the distance varies by more than this over it: the
-/// parameter of the point that is seen must be a smooth function of the angle.
+/// Ratio of distances over a piece of directions above which it is halved: the parameter of the visible point
+/// must be a smooth function of the angle.
 const MOST_STRETCH: f64 = 2.5;
-/// And no more often than this.
+/// Largest number of halvings.
 const MOST_HALVINGS: usize = 48;
 
-/// The panels of all sides that matter.
+/// Panels of all relevant sides.
 pub(super) type Mesh = BTreeMap<Side, Panels>;
 
-/// The weights of nodes' values, node by node.
+/// Weights of nodes' values, by node.
 pub(super) type Row = Vec<(usize, Dual<1>)>;
 
-/// What a point gathers from: its surface, and how that moves.
+/// A gathering point: its surface and motion.
 pub(super) struct Gather<'a> {
     pub(super) world: &'a World,
     pub(super) change: &'a Tangent,
     pub(super) surface: Surface<'a>,
-    /// The segment that the surface is of.
+    /// Segment of the surface.
     pub(super) segment: usize,
     pub(super) motion: SurfaceMotion,
     /// ρ.
     pub(super) reflectance: Dual<1>,
 }
 
-/// The part of an interval in which one panel is seen.
+/// The part of an interval in which one panel is visible.
 #[derive(Clone, Copy)]
 struct Part {
-    /// The segment's first end point and its edge in the surface's frame.
+    /// The segment's first end point and its edge, in the surface's frame.
     start: Vec2<Dual<1>>,
     edge: Vec2<Dual<1>>,
-    /// The panel's ends, and where its first node's value is.
+    /// The panel's ends, and the index of its first node's value.
     panel: [f64; 2],
     first: usize,
 }
 
 impl Gather<'_> {
-    /// The sides that are seen and scatter light, or do so with θ.
+    /// The visible sides that scatter light, or do so with θ.
     pub(super) fn sides(&self) -> impl Iterator<Item = Side> + '_ {
         self.surface.intervals().iter().filter_map(|i| self.side(i))
     }
@@ -73,8 +73,8 @@ impl Gather<'_> {
         let seen = &self.world.segments()[segment];
         let own = &self.world.segments()[self.segment];
         let shared = own.vertices.iter().position(|v| seen.vertices.contains(v));
-        // All of a segment is on one side of its neighbour: from the common corner, or next to it,
-        // the point itself does not tell which.
+        // All of a segment is on one side of its neighbour, but from the common corner, or near it, rounding
+        // makes the point itself inconclusive.
         let point = shared.map_or(self.surface.view().point(), |k| own.ends()[1 - k]);
         let side = seen.edge.perp_dot(point - seen.start) > 0.0;
         may_scatter(self.world, self.change, segment).then_some((segment, side))
@@ -106,8 +106,8 @@ impl Gather<'_> {
         }
     }
 
-    /// The weights from a corner, which sees nothing but the end of its neighbour at that very corner,
-    /// in all directions in which it sees it. (The limit of a point that goes to the corner.)
+    /// Weights from a corner, from which only the end of its neighbour at that same corner is visible, in all
+    /// directions of the neighbour: the limit of a point that approaches the corner.
     fn corner(&self, end: usize, panels: &Panels, [a, b]: [Dual<1>; 2], rule: &Rule, row: &mut Row) {
         let last = panels.breaks.len() - 2;
         let first = panels.first + NODES * [0, last][end];
@@ -116,7 +116,7 @@ impl Gather<'_> {
         row.extend(basis.iter().enumerate().map(|(n, (value, _))| (first + n, factor * *value)));
     }
 
-    /// Adds up the weights of a panel between two angles.
+    /// Adds the weights of a panel between two angles.
     fn panel(
         &self,
         part: &Part,
@@ -156,7 +156,7 @@ impl Gather<'_> {
         Part { start, edge: self.in_frame(seen.edge, b - a), panel: [0.0, 1.0], first: 0 }
     }
 
-    /// A vector along the normal and the tangent, which turn.
+    /// A vector in the moving frame of normal and tangent.
     fn in_frame(&self, value: DVec2, slope: DVec2) -> Vec2<Dual<1>> {
         let view = self.surface.view();
         let rotate = |v: DVec2| DVec2::new(view.axis().dot(v), view.tangent().dot(v));
@@ -173,7 +173,7 @@ impl Gather<'_> {
         Dual::new(end.angle, [turned - self.motion.normal_turn])
     }
 
-    /// The angle in which the point of a segment at s is seen.
+    /// Angle in which the point of a segment at s is seen.
     fn angle_at(&self, segment: usize, s: f64) -> Dual<1> {
         let seen = &self.world.segments()[segment];
         let to = seen.at(s) - self.surface.view().point();
@@ -182,7 +182,7 @@ impl Gather<'_> {
         Dual::new(self.surface.view().angle(to), [slope])
     }
 
-    /// The parameter of the point that is seen at an end of an interval.
+    /// Parameter of the point seen at an end of an interval.
     fn parameter(&self, end: &End, segment: usize, part: &Part) -> f64 {
         let vertices = self.world.segments()[segment].vertices;
         if let Some(k) = vertices.iter().position(|v| end.vertex == Some(*v)) {
@@ -199,7 +199,7 @@ impl Part {
         -(direction.cross(self.start) / direction.cross(self.edge))
     }
 
-    /// How far the segment's line is.
+    /// Distance of the segment's line.
     fn distance(&self, angle: f64) -> f64 {
         let (sin, cos) = angle.sin_cos();
         let height = self.start.x.value * self.edge.y.value - self.start.y.value * self.edge.x.value;

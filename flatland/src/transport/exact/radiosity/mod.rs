@@ -1,19 +1,19 @@
 //! Diffuse interreflection: the radiosity equation, and the derivative of its solution.
 //!
-//! With R the radiance that a side of a segment reflects and e what it emits,
+//! With R the radiance reflected by a side of a segment and e its emission,
 //!
 //! ```text
 //! R(x) = ρ/2 ∫ (e + R)(y(φ)) cos φ dφ
 //! ```
 //!
-//! R is a polynomial on each panel, found at its Gauss–Legendre nodes (Nyström's method by product
-//! integration). Panels end where the structure of what is seen changes and shrink towards corners.
-//! What a node sees is the exact partition of its half circle; emission is integrated in closed form
-//! and R by quadrature between the ends of panels. A pixel gathers once more.
+//! R is a polynomial on each panel, solved for at its Gauss–Legendre nodes (Nyström's method by product
+//! integration). Panels end where the structure of the view changes and shrink towards corners. The view of a
+//! node is the exact partition of its half circle; emission is integrated in closed form and R by quadrature
+//! between the ends of panels. A pixel gathers once more.
 //!
-//! All of it is computed with dual numbers, the nodes being fixed in the material: what is found is
-//! the derivative of the discretised solution itself, and the ends of what is seen carry the
-//! boundary terms of all bounces.
+//! Everything is computed with dual numbers, with nodes fixed in the material: the result is the derivative
+//! of the discretised solution itself, and the ends of visible intervals contribute the boundary terms of all
+//! bounces.
 
 mod gather;
 mod panels;
@@ -35,27 +35,20 @@ use gather::{Gather, Mesh, Row};
 use panels::{Fineness, Panels, Rule, Side};
 use solve::{Solved, solve};
 
-/// Images and derivatives, to a measured accuracy, of worlds without gloss for any number of bounces.
+/// Images and derivatives, to an estimated accuracy, of worlds without gloss for any number of bounces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Radiosity {
-    /// How often light may be scattered; `None` is infinitely often.
+    /// Largest number of scattering events; `None` for infinitely many.
     pub bounces: Option<usize>,
-    /// Into how many parts panels are cut beyond what geometry asks for; 1 to 1024.
+    /// Number of parts, 1 to 1024, into which panels are cut beyond the geometric subdivision.
     ///
-    /// Panels end at the kinks of direct light, so that two bounces converge fast. Light that is
-    /// scattered again has weaker kinks elsewhere, which only shorter panels resolve. Measured errors
-    /// of the derivative, relative to the scale, in one room with a block, a gap and one bright wall
-    /// (the last step's: the result is better, except where two steps happen to agree). They hold
-    /// for that room only: what other worlds need, the stated errors tell.
-    ///
-    /// | parts | 2 bounces | 3 bounces | infinitely many |
-    /// |---|---|---|---|
-    /// | 1 | 5·10⁻¹⁰ | 2·10⁻⁷ | 1·10⁻⁶ |
-    /// | 2 | 4·10⁻¹¹ | 2·10⁻⁷ | 1·10⁻⁶ |
-    /// | 3 | 4·10⁻¹¹ | 3·10⁻⁸ | 3·10⁻⁷ |
-    /// | 4 | | | 9·10⁻⁹ |
+    /// Panels end at the kinks of direct light, so that two bounces converge fast. Multiply scattered light
+    /// has weaker kinks elsewhere, which only shorter panels resolve. In a room with a block, a gap and one
+    /// bright wall, the relative error of the derivative was 5·10⁻¹⁰ for 2 bounces, 2·10⁻⁷ for 3 and 10⁻⁶ for
+    /// infinitely many with 1 part, and 9·10⁻⁹ for infinitely many with 4. For other worlds, use the reported
+    /// errors.
     pub parts: usize,
-    /// The error of the quadrature over the film, relative to the integral of absolute values.
+    /// Error of the quadrature over the film, relative to the integral of absolute values.
     pub tolerance: f64,
 }
 
@@ -65,24 +58,23 @@ impl Default for Radiosity {
     }
 }
 
-/// How many times panels shrink towards corners. One more changes a derivative by some 10⁻⁹.
+/// Number of gradings of panels towards corners. One more changes a derivative by about 10⁻⁹.
 const LEVELS: usize = 3;
-/// More parts than this would need more memory than there is.
+/// More parts would exceed available memory.
 const MOST_PARTS: usize = 1024;
-/// A sum of bounces ends when the last one adds no more than this part of the largest value.
+/// A sum of bounces ends when the last one adds at most this fraction of the largest value.
 const CONVERGED: f64 = 1e-15;
 
 impl Radiosity {
-    /// The value and the derivative of every pixel. The errors are measured: the difference from
-    /// the solution with panels half as long and graded one level further, which is the one returned;
-    /// with the quadrature's over the film and what the residual of the linear system leaves,
-    /// r ρ/(1 − ρ). They are estimates: light that varies over less than 10⁻⁵ of a segment, or next
-    /// to the end of one without a vertex near its line, may be missed by both solutions. Of a
-    /// lamp 10⁻⁶ long and as far from a floor, 3·10⁻⁶ of the light was missed unstated.
+    /// Value and derivative of every pixel. The errors are estimated from the difference to a solution with
+    /// panels half as long and graded one level further, which is the one returned, plus that of the
+    /// quadrature over the film and that due to the residual of the linear system, r ρ/(1 − ρ). They are not
+    /// bounds: light that varies over less than 10⁻⁵ of a segment, or near the end of one without a vertex
+    /// near its line, may be missed by both solutions. For a lamp of length 10⁻⁶, equally far from a floor,
+    /// 3·10⁻⁶ of the light was missed without being reported.
     ///
     /// # Errors
-    /// An [`ExactError`] that names the parameter, the glossy shape, or the place where no derivative
-    /// exists.
+    /// An [`ExactError`] that names the parameter, the glossy shape, or the place where no derivative exists.
     pub fn gradient(
         &self,
         world: &World,
@@ -115,7 +107,7 @@ impl Radiosity {
     /// The image alone.
     ///
     /// # Errors
-    /// As of [`gradient`](Self::gradient).
+    /// As for [`gradient`](Self::gradient).
     pub fn image(&self, world: &World, camera: &Camera) -> Result<Integrated<f64>, ExactError> {
         let [image, _] = self.gradient(world, camera, &Tangent::none(world))?;
         Ok(image)
@@ -143,7 +135,7 @@ impl Radiosity {
     }
 }
 
-/// The sides from which light reaches what the camera sees directly.
+/// The sides from which light reaches directly visible surfaces.
 fn sides_on_film(world: &World, camera: &Camera, change: &Tangent, partition: &Partition) -> Vec<Side> {
     let mut sides = vec![];
     for stretch in &partition.stretches {
@@ -160,7 +152,7 @@ struct Solution {
     mesh: Mesh,
     rule: Rule,
     values: Vec<Dual<1>>,
-    /// About how far any value is from the discrete equation's solution.
+    /// Estimated distance of any value from the discrete equation's solution.
     error: Dual<1>,
 }
 
@@ -189,12 +181,12 @@ impl Solution {
         let turned = rows.iter().map(|row| magnitude(row).slope()).fold(0.0, f64::max);
         let left = Dual::new(1.0 - most, [-turned]);
         this.values = values;
-        // What bounces that are counted leave out is no residual but the error itself.
+        // For a finite number of bounces, the omitted part is not a residual but the error itself.
         this.error = if bounces.is_some() { residual } else { residual / left };
         Ok(this)
     }
 
-    /// Gives panels to all sides from which light can reach the given ones, and returns their nodes.
+    /// Adds panels for all sides from which light can reach the given ones, and returns their nodes.
     fn reach<'a>(
         &mut self,
         world: &'a World,
@@ -219,7 +211,7 @@ impl Solution {
         nodes
     }
 
-    /// L of a surface, and the error of it that is the solution's.
+    /// L of a surface, and the part of its error that is due to the solution.
     fn radiance(&self, gather: &Gather) -> [Dual<1>; 2] {
         if self.values.is_empty() {
             return [gather.direct(), Dual::constant(0.0)];
@@ -229,8 +221,8 @@ impl Solution {
     }
 }
 
-/// Light scattered `more` times after the first, R_k = K (e + R_{k−1}), and what was left out. (The
-/// last scattering is the gathering for the film.)
+/// Light scattered `more` times after the first, R_k = K (e + R_{k−1}), and the omitted part. (The last
+/// scattering is the gathering for the film.)
 fn summed(rows: &[Row], direct: &[Dual<1>], more: usize) -> Solved {
     let mut values = direct.to_vec();
     let mut left = Dual::constant(0.0);
@@ -302,8 +294,8 @@ struct FilmIntegral<'a> {
     partition: &'a Partition,
     solution: Solution,
     bounces: Option<usize>,
-    /// L and its error at the bits of u. Filters overlap and their pieces end in the same places, so
-    /// that every pixel in reach asks for the same u.
+    /// L and its error by the bits of u. Filters overlap and their pieces have common ends, so that every
+    /// pixel in reach evaluates the same u.
     known: Mutex<HashMap<u64, [Dual<1>; 2]>>,
 }
 
@@ -336,7 +328,7 @@ impl FilmIntegral<'_> {
             let [value, slope] = integral.value;
             Pixel {
                 value: [value, slope + primary.value],
-                // ∫ h = 1: no pixel is off by more than the largest error of what it sees.
+                // ∫ h = 1: no pixel's error exceeds the largest error of what it sees.
                 errors: [integral.error + largest[0], integral.error + largest[1] + primary.slope()],
                 scale: integral.scale + primary.value.abs(),
             }
@@ -344,9 +336,9 @@ impl FilmIntegral<'_> {
         Ok((0..film.pixels).into_par_iter().map(pixel).collect())
     }
 
-    /// L at fixed u, between jumps, and its error.
+    /// L at fixed u, between discontinuities, and its error.
     fn radiance_at(&self, u: f64) -> [Dual<1>; 2] {
-        // A value is whole or not there: a thread that panicked leaves nothing to be afraid of.
+        // Values are inserted as a whole: a panic of another thread leaves the map valid.
         let known = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(l) = known().get(&u.to_bits()) {
             return *l;
@@ -357,7 +349,7 @@ impl FilmIntegral<'_> {
         l
     }
 
-    /// L at fixed u, of what is seen there on one side, and its error.
+    /// L at fixed u, for the point seen on one side, and its error.
     fn radiance(&self, seen: Option<Seen>, u: f64) -> [Dual<1>; 2] {
         let none = Dual::constant(0.0);
         let Some(seen) = seen else {
@@ -373,7 +365,7 @@ impl FilmIntegral<'_> {
         self.solution.radiance(&gather(self.world, self.change, surface, seen.segment, motion))
     }
 
-    /// (L⁻ − L⁺) u̇ of a jump over the film; as its slope, how far it may be off.
+    /// (L⁻ − L⁺) u̇ of a discontinuity over the film; its slope is the error estimate.
     fn step(&self, jump: &Jump) -> Dual<1> {
         let rate = film_rate(self.camera, self.change, jump.vertex, jump.u, jump.distance);
         if rate == 0.0 {

@@ -1,25 +1,25 @@
-//! One side of a segment, cut into panels on which radiance is a polynomial of the parameter s.
+//! Panels: the pieces of a segment's side on which radiance is a polynomial of the parameter s.
 
 use crate::quadrature::gauss_legendre;
 use crate::transport::World;
 use crate::transport::exact::critical::{Graded, critical_points, graded_points};
 
-/// Nodes of a panel, and the quadrature's points on the part of it that is seen.
+/// Nodes of a panel, and quadrature points on its visible part.
 pub(super) const NODES: usize = 8;
-/// The panels' length towards the ends of a segment shrinks by this factor: next to a corner
-/// radiance is a power of the distance.
+/// Factor by which panels shrink towards the ends of a segment: near a corner radiance is a power of the
+/// distance.
 const GRADING: f64 = 0.2;
-/// Towards the foot of a point that is near, by this one: radiance changes over the distance h of
-/// that point, and a panel from h to qh has its singularity at a distance of only h.
+/// Factor towards the foot of a near point: radiance changes over the distance h of that point, and a panel
+/// from h to qh has its singularity at a distance of only h.
 const NEAR_GRADING: f64 = 3.0;
-/// Of two breaks nearer than this part of the scale on which radiance changes there, one is left out:
-/// several near points would each bring their own.
+/// Distance of two breaks, relative to the scale on which radiance changes there, below which one is omitted:
+/// several near points would each add their own.
 const CLOSEST: f64 = 0.25;
-/// Breaks nearer than this, in parts of the segment, are left out: 4 digits are left of a parameter
-/// between them.
+/// Distance of breaks, relative to the segment, below which one is omitted: parameters between them have 4
+/// digits left.
 const NARROWEST: f64 = 1e-12;
 
-/// A side of a segment: true is the normal's.
+/// A side of a segment: true for the side of the normal.
 pub(super) type Side = (usize, bool);
 
 /// The panels of one side.
@@ -27,16 +27,16 @@ pub(super) type Side = (usize, bool);
 pub(super) struct Panels {
     /// Their ends, from 0 to 1.
     pub(super) breaks: Vec<f64>,
-    /// Where the first node's value is.
+    /// Index of the first node's value.
     pub(super) first: usize,
 }
 
-/// How fine the panels are.
+/// Fineness of the panels.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fineness {
-    /// How many times panels shrink towards the ends of a segment.
+    /// Number of gradings towards the ends of a segment.
     pub(super) levels: usize,
-    /// Into how many parts every panel is then cut.
+    /// Number of parts into which every panel is then cut.
     pub(super) parts: usize,
 }
 
@@ -83,7 +83,7 @@ impl Rule {
 }
 
 impl Panels {
-    /// Graded towards both ends, cut at the critical points, then evenly.
+    /// Panels graded towards both ends, cut at the critical points, then evenly.
     pub(super) fn new(world: &World, (segment, side): Side, fineness: Fineness, first: usize) -> Self {
         let Fineness { levels, parts } = fineness;
         let own = &world.segments()[segment];
@@ -113,8 +113,8 @@ impl Panels {
     }
 }
 
-/// The breaks from 0 to 1 without those that are too near to their predecessor. Those of scale 0 are
-/// kinks, which stay.
+/// The breaks from 0 to 1 without those too near to their predecessor. Those of scale 0 are kinks, which are
+/// kept.
 fn thinned(mut wanted: Vec<Graded>) -> Vec<f64> {
     wanted.sort_unstable_by(|a, b| a.s.total_cmp(&b.s));
     let mut breaks: Vec<Graded> = vec![Graded { s: 0.0, scale: f64::INFINITY }];

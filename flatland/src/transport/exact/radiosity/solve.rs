@@ -1,21 +1,21 @@
-//! The linear system of infinitely many bounces, (I − K) x = b, by GMRES (Saad and Schultz 1986).
+//! Linear system of infinitely many bounces, (I − K) x = b, by GMRES (Saad and Schultz 1986).
 //!
-//! Summing up bounces takes about 1/(1 − ρ) of them for each digit. A Krylov space finds the few
-//! eigenvalues of K near 1, one for each closed room, and the rest of the spectrum decays.
+//! Summing bounces takes about 1/(1 − ρ) of them for each digit. A Krylov space captures the few eigenvalues
+//! of K near 1, one for each closed room, and the rest of the spectrum decays.
 
 use rayon::prelude::*;
 
 use super::gather::Row;
 use crate::calculus::Dual;
 
-/// Residuals smaller than this part of the solution are rounding.
+/// Residual, relative to the solution, that counts as rounding.
 const CONVERGED: f64 = 1e-15;
-/// Vectors kept before a restart from the residual.
+/// Number of vectors before a restart from the residual.
 const MOST_VECTORS: usize = 60;
-/// Restarts; each cycle gains digits until rounding stops it.
+/// Largest number of restarts; each cycle gains digits until rounding stops it.
 const MOST_CYCLES: usize = 20;
-/// A residual up to this part of the solution is accepted when cycles gain no more: the rounding of
-/// sums over thousands of nodes.
+/// Residual, relative to the solution, that is accepted when cycles gain no more: the rounding of sums over
+/// thousands of nodes.
 const ACCEPTED: f64 = 1e-12;
 
 /// A solution and the largest entry of its residual, values and slopes.
@@ -24,7 +24,7 @@ pub(super) struct Solved {
     pub(super) residual: Dual<1>,
 }
 
-/// x = b + K x and its derivative, ẋ = ḃ + K̇ x + K ẋ; or the residual that is left.
+/// x = b + K x and its derivative, ẋ = ḃ + K̇ x + K ẋ; or the remaining residual.
 pub(super) fn solve(rows: &[Row], direct: &[Dual<1>]) -> Result<Solved, f64> {
     let source: Vec<f64> = direct.iter().map(|b| b.value).collect();
     let (value, first) = gmres(rows, &source)?;
@@ -35,7 +35,7 @@ pub(super) fn solve(rows: &[Row], direct: &[Dual<1>]) -> Result<Solved, f64> {
     Ok(Solved { values, residual: Dual::new(first, [second]) })
 }
 
-/// K x with one part of K's entries.
+/// K x with one component (value or slope) of K's entries.
 fn product(rows: &[Row], x: &[f64], part: impl Fn(&Dual<1>) -> f64 + Sync) -> Vec<f64> {
     rows.par_iter().map(|row| row.iter().map(|(i, weight)| part(weight) * x[*i]).sum()).collect()
 }
@@ -53,7 +53,7 @@ fn gmres(rows: &[Row], source: &[f64]) -> Result<(Vec<f64>, f64), f64> {
         let carried = product(rows, &tried, |weight| weight.value);
         let next: Vec<f64> = (0..tried.len()).map(|i| source[i] + carried[i] - tried[i]).collect();
         let now = largest(&next);
-        // NaN must not go on either.
+        // NaN must not continue either.
         if now.is_nan() || now >= left {
             break;
         }

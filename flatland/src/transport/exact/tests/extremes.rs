@@ -1,4 +1,4 @@
-//! Where digits are lost first: tiny emitters, grazing light, near walls, narrow lobes.
+//! Tests of the cases most prone to cancellation: tiny emitters, grazing light, nearby walls, narrow lobes.
 
 use super::super::{Exact, Surface, SurfaceMotion};
 use super::*;
@@ -27,7 +27,7 @@ fn an_emitter_of_length_1e_12() {
         let expected = 4.0 / r.powi(3);
         let surface = Surface::new(&world, 0, s, DVec2::Y);
         assert!(relative(surface.irradiance(), expected) < 1e-14, "{s}");
-        // Its derivative is the difference of two numbers of size 10¹²: 16 digits of those.
+        // The derivative is the difference of two numbers of size 10¹², each known to 16 digits.
         let change = Tangent::translate(&world, [1], DVec2::X);
         let rate = surface.rate(&change, &SurfaceMotion::default());
         let expected = 0.25 * 3.0 * 4.0 * x / r.powi(5);
@@ -105,7 +105,7 @@ fn a_lobe_as_narrow_as_a_mirror() {
         for p in 0..4 {
             let expected: f64 = ends.iter().map(|(u, step)| camera.film.filter_value(p, *u) * step).sum();
             let found = gradient.pixels[p].secondary + gradient.pixels[p].interior;
-            // The tails of the lobe: some w ln(1/w).
+            // The tails of the lobe contribute some w ln(1/w).
             assert!((found - expected).abs() < 100.0 * width, "{width} {p}: {found} {expected}");
             assert!(
                 gradient.errors[p] <= 2e-11 * gradient.scales[p],

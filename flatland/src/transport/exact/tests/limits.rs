@@ -1,4 +1,4 @@
-//! At the limits of parameters: surfaces that are black, or almost white; light on tiny scales.
+//! Tests at the limits of parameters: black and almost white surfaces; light on tiny scales.
 
 use super::super::{Exact, Radiosity};
 use super::*;
@@ -18,7 +18,8 @@ fn camera() -> Camera {
     Camera { position: p(0.8, 0.9), angle: -2.2, field_of_view: 0.8, film }
 }
 
-/// Light scattered once is linear in ρ and in s: its derivative is what a surface of 1 scatters.
+/// Light scattered once is linear in ρ and in s: its derivative equals the light scattered by a surface with
+/// parameter 1.
 #[test]
 fn a_black_surface_that_gets_lighter() {
     let gloss = |strength| Some(Gloss { strength, width: 0.2 });
@@ -52,7 +53,7 @@ fn a_black_surface_that_gets_lighter() {
     }
 }
 
-/// Of light scattered twice, over a black wall that is not in view. It is quadratic in ρ.
+/// Light scattered twice, over a black wall that is out of view: quadratic in ρ.
 #[test]
 fn a_black_surface_that_gets_lighter_out_of_view() {
     let world = |wall: f64| {
@@ -72,14 +73,14 @@ fn a_black_surface_that_gets_lighter_out_of_view() {
     }
 }
 
-/// L = e/(1 − ρ) in a closed room, and dL/dρ = e/(1 − ρ)², however white it is.
+/// L = e/(1 − ρ) and dL/dρ = e/(1 − ρ)² in a closed room, for reflectances close to 1.
 #[test]
 fn an_almost_white_room() {
     let corners = [p(-1.0, -1.0), p(1.25, -1.125), p(1.0, 1.0), p(-1.125, 0.875)];
     let camera = Camera { position: p(0.31, 0.17), angle: 0.4, field_of_view: 1.9, ..camera() };
     for absorbed in [1e-2, 1e-3, 1e-4, 1e-8] {
         let material = Material::diffuse(1.0 - absorbed).with_emission(absorbed);
-        // What the two roundings leave.
+        // The error that the two roundings leave.
         let expected = absorbed / (1.0 - material.reflectance);
         let room = World::new(0.0, vec![Shape::closed(corners, material)]).expect("a world");
         let mut change = Tangent::none(&room);
@@ -99,8 +100,8 @@ fn an_almost_white_room() {
     }
 }
 
-/// A lamp of length h at the height h over a floor that the camera does not see, and the wall lit by
-/// it: the light on the floor varies over h.
+/// A lamp of length h at height h over a floor that is out of view, and the wall lit by that floor: the light
+/// on the floor varies on the scale h.
 #[test]
 fn light_that_varies_over_a_tiny_part_of_a_segment() {
     for height in [1e-4, 1e-6, 1e-8] {
@@ -109,7 +110,7 @@ fn light_that_varies_over_a_tiny_part_of_a_segment() {
         let lamp = Shape::open(lamp, Material::emitter(1.0 / height));
         let wall = Shape::open([p(1.5, 0.2), p(1.5, 1.0)], Material::diffuse(0.5));
         let world = World::new(0.0, vec![floor, lamp, wall]).expect("a world");
-        // So narrow that the radiance of its middle is a pixel's.
+        // A pixel so narrow that its value equals the radiance at its centre.
         let film = Film { pixels: 1, filter: Filter::Box };
         let camera = Camera { position: p(0.5, 0.6), angle: 0.0, field_of_view: 1e-5, film };
         let expected = two_bounces(&world, 2, 0.5, -DVec2::X, 40, 1e-12);
@@ -117,8 +118,8 @@ fn light_that_varies_over_a_tiny_part_of_a_segment() {
         let found = radiosity.image(&world, &camera).expect("an image");
         let error = (found.pixels[0] - expected).abs();
         println!("{height:e}: {expected} off by {error:.1e}, stated {:.1e}", found.errors[0]);
-        // Without breaks at that scale it is off by 40%. Measured: 10⁻¹² of it for h = 10⁻⁴, but 3·10⁻⁶
-        // and 5·10⁻⁶ for the others, more than is stated; the cause is not known.
+        // Without breakpoints at that scale the error is 40 %. Measured: 10⁻¹² relative for h = 10⁻⁴, but
+        // 3·10⁻⁶ and 5·10⁻⁶ for the others, more than the stated error; the cause is not known.
         assert!(error < if height > 1e-5 { 1e-9 } else { 1e-5 } * expected);
     }
 }

@@ -1,4 +1,4 @@
-//! What the closed forms are held against: tracing, quadrature, central differences, known constants.
+//! Tests of the closed forms against tracing, quadrature, central differences and known constants.
 
 mod extremes;
 mod limits;
@@ -50,7 +50,7 @@ fn random_shape(rng: &mut Stream, glossy: bool) -> Shape {
     Shape::closed((0..corners).map(corner), material)
 }
 
-/// Disjoint polygons and segments: shapes that meet others are drawn again.
+/// Disjoint polygons and segments: shapes that intersect others are redrawn.
 fn random_world(rng: &mut Stream, shapes: usize, glossy: bool) -> World {
     let environment = if open01(rng) < 0.5 { between(rng, 0.1, 1.0) } else { 0.0 };
     let mut kept: Vec<Shape> = vec![];
@@ -86,7 +86,7 @@ fn random_materials(rng: &mut Stream, world: &World) -> Tangent {
     let mut change = Tangent::none(world);
     for (material, shape) in change.materials.iter_mut().zip(world.shapes()) {
         let rate = |rng: &mut Stream| between(rng, -1.0, 1.0);
-        // Darkness cannot get darker: the difference quotient needs both sides.
+        // An emission of 0 cannot decrease, and the central difference needs both sides.
         let emission = if shape.material().emission > 0.0 { rate(rng) } else { 0.0 };
         let width = shape.material().gloss.map_or(0.0, |g| g.width) * rate(rng);
         *material = MaterialTangent {
@@ -100,8 +100,8 @@ fn random_materials(rng: &mut Stream, world: &World) -> Tangent {
     change
 }
 
-/// L after two bounces at a point of a segment: the closed form of one, by quadrature over directions, in pieces that
-/// shrink `levels` times towards the ends of what is seen.
+/// L after two bounces at a point of a segment: quadrature over directions of the closed form for one bounce,
+/// in pieces that shrink geometrically in `levels` steps towards the ends of each visible interval.
 fn two_bounces(world: &World, segment: usize, s: f64, outgoing: DVec2, levels: i32, tolerance: f64) -> f64 {
     let surface = Surface::new(world, segment, s, outgoing);
     let (view, material, mut gathered) = (*surface.view(), world.material(segment), 0.0);

@@ -1,5 +1,5 @@
-//! Images and derivatives over the film. (That they are the right ones, `tests/tests/transport_exact.rs` holds against an
-//! independent oracle.)
+//! Tests of images and derivatives over the film. (Their values are compared with an independent oracle in
+//! `tests/tests/transport_exact.rs`.)
 
 use super::super::{Exact, ExactError};
 use super::*;
@@ -50,7 +50,7 @@ fn moving_everything_changes_nothing() {
             for (p, terms) in gradient.pixels.iter().enumerate() {
                 let scale = gradient.scales[p];
                 assert!(terms.total().abs() <= 1e-12 * (1.0 + scale), "{terms:?} {scale}");
-                // Rounding, which no refinement makes smaller, is not taken for the quadrature's error.
+                // Rounding, which no refinement reduces, is not counted as quadrature error.
                 assert!(gradient.errors[p] <= EXACT.tolerance * scale, "{:e}", gradient.errors[p]);
             }
         }

@@ -1,12 +1,12 @@
-//! Several bounces: known constants, the closed forms of one bounce, differences.
+//! Tests of several bounces against known constants, the closed forms of one bounce, and differences.
 
 use super::super::{Exact, ExactError, Integrated, Radiosity};
 use super::surfaces::{SWEEP, central_differences};
 use super::*;
 use crate::quadrature::adaptive;
 
-/// An image is a second's work: two steps only. Panels are chosen anew in each world, and solutions on
-/// other panels differ by their error, which shorter steps would magnify.
+/// Step sizes of the central differences; two only, as an image takes a second. Panels are chosen anew in
+/// each world, and solutions on different panels differ by their error, which shorter steps would amplify.
 const STEPS: [f64; 2] = [1e-3, 3e-4];
 
 fn camera(pixels: usize) -> Camera {
@@ -47,7 +47,7 @@ fn the_white_furnace_has_no_derivative() {
     }
 }
 
-/// L after two bounces where the ray of u ends.
+/// L after two bounces at the point where the ray of u ends.
 fn seen_after_two_bounces(world: &World, camera: &Camera, u: f64) -> f64 {
     let (ray, eye) = (camera.direction(u), crate::transport::Origin::free(camera.position));
     let hit = world.trace(eye, ray);
@@ -105,11 +105,11 @@ fn a_room_with_one_bright_wall() {
         let radiosity = Radiosity { parts, ..Radiosity::default() };
         let [image, slope] = radiosity.gradient(&world, &camera, &change).expect("a gradient");
         println!("{parts} parts: image {:e}, slope {:e}", largest(&image), largest(&slope));
-        // What is stated: 10⁻⁶ by default, and no worse than that by much with the fewest panels.
+        // Close to the stated error, 10⁻⁶ by default, even with the fewest panels.
         assert!(largest(&image) < 1e-7 && largest(&slope) < 2e-6);
         errors.push(slope);
     }
-    // Light scattered twice has all its kinks at the ends of panels.
+    // Light scattered twice has all its kinks at ends of panels.
     let twice = Radiosity { bounces: Some(2), parts: 1, ..Radiosity::default() };
     let [image, slope] = twice.gradient(&world, &camera, &change).expect("a gradient");
     println!("two bounces: image {:e}, slope {:e}", largest(&image), largest(&slope));
@@ -126,8 +126,8 @@ fn a_room_with_one_bright_wall() {
     }
 }
 
-/// The corner of two surfaces is in view. There one sees nothing of the other but that very corner,
-/// and each has a radiance of its own, whose difference times the velocity of the corner over the film
+/// The corner of two surfaces is in view. At the corner each surface sees of the other only the corner
+/// itself, and each has a radiance of its own; the difference times the velocity of the corner over the film
 /// is a part of the derivative.
 #[test]
 fn a_corner_that_moves_over_the_film() {
@@ -137,7 +137,7 @@ fn a_corner_that_moves_over_the_film() {
     let world = World::new(0.0, vec![walls, lamp]).expect("a world");
     let turning = CameraTangent { position: DVec2::new(0.5, 0.25), angle: 1.0, field_of_view: 0.0 };
     let change = Tangent::of_camera(&world, turning).and(&Tangent::scale(&world, [0], DVec2::ZERO));
-    // Two corners each: at all four, for which end of which segment a corner is differs.
+    // Two corners each, four in all: which end of which segment a corner is differs.
     for angle in [1.78, 4.6] {
         let camera = Camera { angle, ..camera(2) };
         let radiosity = Radiosity { bounces: Some(2), parts: 1, tolerance: 1e-9 };
@@ -183,7 +183,7 @@ fn derivatives_agree_with_differences() {
         let world = random_world(&mut rng, 4, false);
         let camera = random_camera(&mut rng, Filter::Tent);
         let change = random_vertices(&mut rng, &world).and(&random_camera_tangent(&mut rng, &world));
-        // One part: differences test the derivative of the discretised solution, however coarse.
+        // One part: the differences test the derivative of the discretised solution, however coarse.
         let radiosity = Radiosity { parts: 1, ..Radiosity::default() };
         let [image, slopes] = radiosity.gradient(&world, &camera, &change).expect("radiosity");
         let moved = |h: f64| {

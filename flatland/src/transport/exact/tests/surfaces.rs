@@ -1,4 +1,4 @@
-//! Visibility against tracing; direct light against quadrature; the divergence identity.
+//! Tests of visibility against tracing, of direct light against quadrature, and of the divergence identity.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -58,7 +58,7 @@ fn partition_agrees_with_tracing() {
     });
 }
 
-/// ∫ of something times f cos φ over the directions of a surface, by quadrature.
+/// ∫ f(angle) cos φ over the directions of a surface, by quadrature.
 fn integral(world: &World, surface: &Surface, f: impl Fn(f64) -> f64) -> f64 {
     let mut total = 0.0;
     for interval in surface.intervals() {
@@ -115,11 +115,12 @@ fn radiance_rate_agrees_with_differences() {
     println!("worst {worst:e}");
 }
 
-/// Steps from where a random world's structure changes to where rounding takes over.
+/// Step sizes, from the scale at which a random world's structure changes to that at which rounding
+/// dominates.
 pub(super) const SWEEP: [f64; 4] = [1e-3, 1e-4, 1e-5, 3e-6];
 
-/// The difference quotients of several values, each at the step where two neighbouring steps agree
-/// best; `None` if there are no two steps at which the world exists.
+/// Central difference quotients of several values, each at the step at which two neighbouring steps agree
+/// best; `None` if the world does not exist at two steps.
 pub(super) fn central_differences(steps: &[f64], f: impl Fn(f64) -> Option<Vec<f64>>) -> Option<Vec<f64>> {
     // Fourth order: (4 Δ(h) − Δ(2h)) / 3.
     let quotients = |h: f64| {
@@ -146,7 +147,7 @@ fn a_harmonic_field_fulfils_the_divergence_theorem() {
         if !material.scatters() {
             return;
         }
-        // V: linear between the jumps, constant to the horizon, where f vanishes.
+        // V: linear between discontinuities, constant up to the horizon, where f vanishes.
         let knot = |Interval { start, .. }: &Interval| {
             let tangent = view.direction(start).perp();
             Some([start.angle, tangent.dot(change.vertices[start.vertex?] - velocity) / start.distance])

@@ -1,4 +1,4 @@
-//! The answers are those of all triangles tested one by one.
+//! Tests of the hierarchy against all triangles tested one by one.
 
 use flatland::random::{Stream, open01, stream};
 use glam::DVec3;
@@ -8,7 +8,8 @@ use super::meshes::{Mesh, cube, direction, icosphere, in_cube, rock, soup};
 use crate::geometry::{Accelerator, Hit, Ray};
 use crate::lanes::Instructions;
 
-/// Möller and Trumbore's test: distance and how far inside, as the least barycentric weight.
+/// Möller and Trumbore's test: distance, and the least barycentric weight as a measure of how far inside the
+/// hit is.
 fn moller_trumbore(ray: &Ray, [a, b, c]: [DVec3; 3]) -> Option<(f64, f64, f64)> {
     let (e1, e2) = (b - a, c - a);
     let p = ray.direction.cross(e2);
@@ -91,7 +92,7 @@ pub(super) fn meshes() -> Vec<Mesh> {
         meshes.push(soup(500, &mut rng).map(|p| scale * *p));
     }
     meshes.push(soup(500, &mut rng).map(|p| *p + DVec3::new(1e6, -1e6, 1e6)));
-    // A plane, a far outlier beside small triangles, all triangles in one place.
+    // A plane, a far outlier with small triangles, all triangles at one position.
     meshes.push(icosphere(2).map(|p| DVec3::new(p.x, 0.25, p.z)));
     let mut outlier = soup(500, &mut rng);
     outlier.positions[100] = DVec3::splat(1e5);
@@ -109,12 +110,12 @@ fn instruction_sets() -> Vec<Instructions> {
     sets
 }
 
-/// Asks something of every mesh with every instruction set, so many times; the label says which it is.
+/// Runs a query `times` times on every mesh with every instruction set; the label names the case.
 fn on_every_mesh(times: usize, ask: impl Fn(&Mesh, &Accelerator, usize, &str) + Sync) {
     for (index, mesh) in meshes().iter().enumerate() {
         let mut accelerator = Accelerator::build(&mesh.positions, &mesh.triangles);
         if index % 2 == 1 {
-            // As if the tree were so deep that what is pending needs memory from the heap.
+            // Simulates a tree so deep that its stack of pending nodes needs heap memory.
             accelerator.tree.pending = 1000;
         }
         for instructions in instruction_sets() {
@@ -204,8 +205,8 @@ fn moller_and_trumbore_agree_where_they_are_accurate() {
             for triangle in 0..mesh.triangles.len() {
                 let corners = mesh.corners(triangle);
                 let Some((distance, inside, conditioning)) = moller_trumbore(&ray, corners) else { continue };
-                // Errors of that test, some 100 roundings of 2⁻⁵³ of the distance to the vertices, over
-                // the triangle's size and the sine of the angle at which it is met.
+                // Errors of that test: some 100 roundings of 2⁻⁵³ of the distance to the vertices, divided by
+                // the triangle's size and the sine of the angle of incidence.
                 let [a, b, c] = corners;
                 let (e1, e2) = (b - a, c - a);
                 let thin = e1.cross(e2).length() / e1.length().max(e2.length()).max((c - b).length());

@@ -1,4 +1,4 @@
-//! Meshes and rays to test with.
+//! Test meshes and rays.
 
 use std::collections::HashMap;
 
@@ -25,7 +25,7 @@ pub(super) fn uniform(rng: &mut Stream) -> f64 {
     2.0 * open01(rng) - 1.0
 }
 
-/// In the cube [−1, 1]³.
+/// A random point in the cube [−1, 1]³.
 pub(super) fn in_cube(rng: &mut Stream) -> DVec3 {
     DVec3::new(uniform(rng), uniform(rng), uniform(rng))
 }
@@ -48,7 +48,7 @@ pub(super) fn icosphere(levels: usize) -> Mesh {
             positions.push(p.normalize());
         }
     }
-    // The faces are the triples at edge length 2 of the golden rectangles' corners.
+    // The faces are the triples of golden rectangle corners at mutual distance 2, the edge length.
     let near = |a: usize, b: usize| (positions[a] - positions[b]).length() < 1.1;
     let mut triangles = Vec::new();
     for a in 0..12_usize {
@@ -79,12 +79,12 @@ pub(super) fn icosphere(levels: usize) -> Mesh {
     Mesh { positions, triangles }
 }
 
-/// A sphere with vertices moved along their radius, still star-shaped around 0.
+/// A sphere with vertices moved radially, still star-shaped around 0.
 pub(super) fn rock(levels: usize, rng: &mut Stream) -> Mesh {
     icosphere(levels).map(|p| *p * (0.6 + 0.4 * open01(rng)))
 }
 
-/// The cube [−1, 1]³, two triangles a side.
+/// The cube [−1, 1]³, two triangles per side.
 pub(super) fn cube() -> Mesh {
     let positions = (0..8)
         .map(|i| DVec3::from_array([0, 1, 2].map(|axis| f64::from(i >> axis & 1) * 2.0 - 1.0)))

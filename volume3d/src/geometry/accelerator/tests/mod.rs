@@ -1,4 +1,4 @@
-//! What the accelerator promises.
+//! Tests of the accelerator's guarantees.
 
 mod exact;
 mod meshes;

@@ -1,4 +1,4 @@
-//! A hierarchy that moved with its triangles answers like a new one.
+//! Tests that a refitted hierarchy gives the same hits as a new one.
 
 use flatland::random::{Stream, open01, stream};
 use glam::DVec3;
@@ -8,7 +8,8 @@ use super::exact::{meshes, one_by_one, random_ray};
 use super::meshes::{Mesh, in_cube, rock};
 use crate::geometry::Accelerator;
 
-/// What may happen to positions: from rounding to other places for all, other scales, and a plane or a point for all.
+/// Deformations of meshes: rounding, new positions for all vertices, other scales, and collapse to a plane or
+/// a point.
 fn deformations() -> Vec<fn(&Mesh, &mut Stream) -> Mesh> {
     vec![
         |mesh, rng| mesh.map(|p| *p * (1.0 + 1e-12 * open01(rng))),

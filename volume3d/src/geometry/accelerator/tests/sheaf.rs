@@ -1,4 +1,4 @@
-//! Sheaves of rays meet what each ray meets alone.
+//! Tests that sheaves of rays hit what each ray hits alone.
 
 use flatland::random::{Stream, stream};
 use glam::DVec3;
@@ -14,7 +14,7 @@ fn point(rng: &mut Stream) -> DVec3 {
     DVec3::new(number(rng), number(rng), number(rng)) * 2.0 - 1.0
 }
 
-/// Small triangles above a large square, and a square above them.
+/// A large square, small triangles above it, and a second square above those.
 fn scene(rng: &mut Stream, triangles: u32, size: f64) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     let mut positions = vec![];
     for height in [-1.0, 1.5] {
@@ -31,7 +31,7 @@ fn scene(rng: &mut Stream, triangles: u32, size: f64) -> (Vec<DVec3>, Vec<[u32; 
     (positions, faces)
 }
 
-/// The sheaf of some of sixteen rays with one near end.
+/// The sheaf of the rays in `members`, out of sixteen with the same near end.
 fn side_by_side(rays: &[Ray; Sheaf::MOST], members: u32) -> Sheaf {
     let mut sheaf = Sheaf { near: rays[0].near, members, ..Sheaf::EMPTY };
     for (at, ray) in rays.iter().enumerate() {
@@ -45,12 +45,13 @@ fn side_by_side(rays: &[Ray; Sheaf::MOST], members: u32) -> Sheaf {
     sheaf
 }
 
-/// Which rays of two sheaves hit anything.
+/// Bit masks of the rays of two sheaves that hit anything.
 fn occluded(accelerator: &Accelerator, sheaf: &Sheaf, end: Option<&Goal<'_>>, other: &Sheaf) -> [u32; 2] {
     accelerator.occluded_sheaves(&[Shadows { sheaf, end }, Shadows { sheaf: other, end: None }])
 }
 
-/// Rays of one direction from above the lower square, but for what is not a number, begins before the origin, or goes on beyond the end.
+/// Parallel rays from above the lower square, except for cases that a fan cannot trace: rays that are not a
+/// number, begin before the origin, or go on beyond the end.
 #[test]
 fn what_no_fan_can_trace_goes_alone() {
     let (positions, faces) = scene(&mut stream(6, &[]), 0, 0.1);
@@ -68,7 +69,7 @@ fn what_no_fan_can_trace_goes_alone() {
     let check = |rays: &[Ray; Sheaf::MOST], hit: bool| {
         let sheaf = side_by_side(rays, 0xFFFF);
         let alone = rays.map(|ray| accelerator.closest(&ray));
-        // Whatever was there before.
+        // Stale hits in the buffer must be overwritten.
         let mut hits = [accelerator.closest(&rays[1]); Sheaf::MOST];
         accelerator.closest_sheaf(&sheaf, &mut hits);
         assert_eq!(hits, alone);
@@ -98,7 +99,7 @@ fn what_no_fan_can_trace_goes_alone() {
     }
 }
 
-/// Of rays that leave the lower square close to one another.
+/// Sheaves of rays that leave the lower square close to one another.
 #[test]
 fn sheaves_meet_what_their_rays_meet() {
     let mut rng = stream(5, &[]);
@@ -155,7 +156,7 @@ fn sheaves_meet_what_their_rays_meet() {
             assert_eq!(others, of(&parallel, &|at| accelerator.occluded(&alike[at])), "{triangles} {round}");
             dark += found.count_ones();
             checked += towards.members.count_ones();
-            // Apart from one another, from no surface: no fan can trace them.
+            // Scattered origins, on no surface: no fan can trace these rays.
             let apart = rays.map(|ray| Ray {
                 origin: point(&mut rng),
                 direction: point(&mut rng).normalize(),

@@ -1,4 +1,4 @@
-//! No ray passes between triangles.
+//! Tests that no ray passes between adjacent triangles.
 
 use flatland::random::{open01, stream};
 use glam::DVec3;
@@ -16,8 +16,8 @@ fn unbounded(origin: DVec3, direction: DVec3) -> Ray {
     Ray { origin, direction, near: 0.0, far: f64::INFINITY, from: None }
 }
 
-/// Rays at edges and vertices of a mesh that is star-shaped around `centre` with radius between 0.3 and 2
-/// `scale`, from inside and from outside; the number of those that hit nothing.
+/// Number of rays that miss a mesh that is star-shaped around `centre` with radius between 0.3 and 2 `scale`,
+/// when aimed at its edges and vertices from inside and outside.
 fn lost(mesh: &Mesh, centre: DVec3, scale: f64, count: usize) -> usize {
     let accelerator = Accelerator::build(&mesh.positions, &mesh.triangles);
     let mut rng = stream(5, &[]);
@@ -61,7 +61,7 @@ fn at_every_scale_and_far_from_the_origin() {
 
 #[test]
 fn slivers_are_no_gaps() {
-    // Vertices pushed together along z, by a factor of 10⁶: needles at the equator's sides.
+    // Vertices compressed along z by a factor of 10⁶, which makes needles near the equator.
     let mut rng = stream(8, &[]);
     let mesh = rock(4, &mut rng);
     let turn = glam::DQuat::from_rotation_x(0.3) * glam::DQuat::from_rotation_y(1.1);
@@ -69,7 +69,7 @@ fn slivers_are_no_gaps() {
     let accelerator = Accelerator::build(&flat.positions, &flat.triangles);
     for i in 0..300_000 {
         let to = target(&flat, i, &mut rng);
-        // From the inside: the origin is the centre moved within the flat body.
+        // From the inside: the origin is the centre moved within the flattened body.
         let origin =
             turn * (0.2 * DVec3::new(uniform(&mut rng), uniform(&mut rng), 1e-6 * uniform(&mut rng)));
         assert!(accelerator.closest(&unbounded(origin, (to - origin).normalize())).is_some(), "{i}");
@@ -80,7 +80,8 @@ fn slivers_are_no_gaps() {
 fn axis_aligned_rays_hit_axis_aligned_boxes() {
     let mesh = cube();
     let accelerator = Accelerator::build(&mesh.positions, &mesh.triangles);
-    // Along every axis through centres, edges and corners of the sides, from inside, the surface and outside.
+    // Along every axis through centres, edges and corners of the sides; from inside, from the surface and
+    // from outside.
     for axis in 0..3 {
         for (a, b) in [(0.0, 0.0), (0.3, 0.3), (-1.0, 0.2), (1.0, 1.0), (-1.0, 1.0), (1.0, 0.0), (0.1, -0.4)]
         {
@@ -104,7 +105,8 @@ fn axis_aligned_rays_hit_axis_aligned_boxes() {
 
 #[test]
 fn a_ray_that_leaves_a_surface_does_not_return_to_it() {
-    // Origins at hit points, on their triangle and its neighbours' edges, outward: a convex body is not met again.
+    // Origins at hit points, on their triangle and on the edges to its neighbours, outward: a convex body is
+    // not hit again.
     let mesh = icosphere(4);
     let accelerator = Accelerator::build(&mesh.positions, &mesh.triangles);
     let mut rng = stream(9, &[]);

@@ -1,10 +1,10 @@
-//! Emitters beside edges.
+//! Emitters near edges, and contacts.
 //!
-//! The solid angle of an emitter changes along an edge as fast as the distance between them. Edges are cut
-//! into pieces no longer than that distance, or than a part of the emitter, so that it hardly changes
+//! The solid angle of an emitter varies along an edge on the scale of the distance between them. Edges are
+//! cut into pieces no longer than that distance, or than a fraction of the emitter, so that it varies little
 //! within a piece. A piece that lies on an emitter is a *contact*. No direction leads from it towards the
-//! emitter: light comes from the edge itself, and jumps in every direction in which the edge is a
-//! silhouette. For contacts, directions are drawn uniformly.
+//! emitter: light comes from the edge itself and is discontinuous in every direction in which the edge is a
+//! silhouette. For contacts, directions are sampled uniformly.
 
 use std::ops::Range;
 
@@ -17,27 +17,28 @@ use crate::geometry::closest_point;
 use crate::path::Paths;
 use crate::scene::Scene;
 
-/// Edges are compared with this many emitting shapes, however many edges there are; with more shapes as
-/// long as there are no more than [`MOST`] pairs of an edge and a shape.
+/// Number of emitting shapes that edges are always compared with; more are compared as long as there are at
+/// most [`MOST`] pairs of an edge and a shape.
 const MANY: usize = 64;
 const MOST: usize = 10_000_000;
 
-/// A point lies in an emitter's plane if it is nearer than this many roundings (10⁻⁹ of the scene) plus the
-/// rounding of the given coordinates. Directions towards the emitter find all gaps wider than that.
+/// Distance up to which a point counts as in an emitter's plane: this many roundings (10⁻⁹ of the scene),
+/// plus the rounding of the input coordinates. Wider gaps are covered by directions towards the emitter.
 const TOUCHING: f64 = 1e4;
 
 /// Least weight of a faint light in the choice of edges.
 const FAINT: f64 = 0.01;
 
-/// Pieces of edges beside an emitter are no longer than this part of it.
+/// Largest length of pieces near an emitter, relative to its size.
 const PART: f64 = 0.25;
 
-/// The same of a shape of many triangles. Its light is looked for from all sides past pieces that are nearer
-/// to the ball around it than a part of its radius; pieces that are farther away are nowhere on it.
+/// Largest length of pieces near a shape of many triangles, relative to it. For pieces nearer to its bounding
+/// ball than a fraction [`NEAR`] of the radius, its light is searched in all directions; pieces farther away
+/// do not touch it.
 const PART_OF_BALL: f64 = 0.0625;
 const NEAR: f64 = 0.1;
 
-/// A triangle that emits, or the ball around a shape that does.
+/// An emitting triangle, or the bounding ball of an emitting shape.
 #[derive(Clone, Debug)]
 struct Body {
     shape: u32,
@@ -52,7 +53,7 @@ enum Form {
 }
 
 impl Body {
-    /// Pieces beside it are no longer than this part of it.
+    /// Largest length of pieces near it, relative to its size.
     fn part(&self) -> f64 {
         match self.form {
             Form::Triangle { .. } => PART,
@@ -72,27 +73,27 @@ impl Body {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Bodies {
     bodies: Vec<Body>,
-    /// Heights above a triangle that are 0 to rounding.
+    /// Height above a triangle that counts as 0, for rounding.
     slack: f64,
 }
 
-/// A piece of an edge that lies on emitters, or is very near to emitters of many triangles.
+/// A piece of an edge that lies on emitters, or very near emitters of many triangles.
 #[derive(Clone, Debug)]
 pub(super) struct Contact {
     pub(super) shapes: Vec<u32>,
     pub(super) directions: Directions,
-    /// The radiance of the brightest of them, of that of the brightest emitter; not less than [`FAINT`].
+    /// Radiance of the brightest of them relative to the brightest emitter, at least [`FAINT`].
     pub(super) brightness: f64,
 }
 
-/// Whether edges that lie on emitters are found: of very many emitters and edges they are not looked for.
+/// Whether edges on emitters are detected, which is skipped for very many emitters and edges.
 pub(in crate::gradient) fn contacts_are_followed(scene: &Scene) -> bool {
     let emitting = scene.description.shapes.iter().filter(|shape| shape.radiance.is_some()).count();
     emitting <= MANY || emitting.saturating_mul(3 * scene.triangles.len()) <= MOST
 }
 
 impl Bodies {
-    /// Triangles to which directions can be drawn, or balls around shapes.
+    /// Triangles towards which directions can be sampled, or bounding balls of shapes.
     pub(super) fn new(paths: &Paths<'_>, targets: Option<&Targets>) -> Self {
         let scene = paths.scene;
         let bodies: Vec<Body> = match targets {
@@ -107,7 +108,7 @@ impl Bodies {
         Self { bodies: if few { bodies } else { vec![] }, slack: TOUCHING * scene.rounding() + grain }
     }
 
-    /// Calls with the pieces of an edge of which this part, with these ends, is left.
+    /// Calls back with the pieces of the remaining part of an edge, with the given ends.
     pub(super) fn cut(
         &self,
         along: Range<f64>,

@@ -1,4 +1,4 @@
-//! Which edges are drawn, and in which directions through their points.
+//! Choice of edges, and of directions through their points.
 
 use std::f64::consts::{FRAC_1_PI, PI, TAU};
 
@@ -15,20 +15,20 @@ use super::{Light, Secondary};
 use crate::path::{LightId, Sequence};
 use crate::scene::Surface;
 
-/// Directions to lights that tell how often an edge is a silhouette before one.
+/// Number of trial directions to lights by which the frequency of an edge being a silhouette is estimated.
 const PILOTS: usize = 16;
 
-/// What a fold with smooth shading counts, of what a crease does.
+/// Weight of a fold with smooth shading, relative to a crease.
 const SMOOTH: f64 = 0.05;
 
-/// An edge that was never one in so many trials may still be.
+/// Least weight of an edge that was a silhouette in none of the trials.
 const LEAST: f64 = 0.05;
 
 /// A direction through a point of an edge.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Drawn<'c> {
     pub(super) direction: DVec3,
-    /// Per solid angle.
+    /// Density by solid angle.
     pub(super) density: f64,
     pub(super) passing: Passing<'c>,
 }
@@ -36,15 +36,15 @@ pub(super) struct Drawn<'c> {
 /// The light sought along a direction.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Passing<'c> {
-    /// That of one light.
+    /// Light of one emitter.
     Of(Aim),
-    /// That of the emitters which an edge lies on.
+    /// Light of the emitters in contact with the edge.
     From(&'c Contact),
-    /// All that is not emission.
+    /// All light except emission.
     Anything,
 }
 
-/// The light that a direction was drawn for, and the only surface of it that counts, if it is one of them.
+/// The light that a direction was sampled for, and the only surface of it that counts, if it has one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Aim {
     pub(super) id: LightId,
@@ -72,8 +72,8 @@ impl Secondary<'_> {
         Table::new(weights)
     }
 
-    /// Scales the weights of stretches whose shadows the film does not show down to those of the others, if there are any; to 0 where light is
-    /// reflected once, and they count for nothing.
+    /// Scales the weights of stretches whose shadows are outside the film down to those of the others, if
+    /// there are any; to 0 if light is reflected only once, so that they do not contribute.
     fn limit_hidden(&self, weights: &mut [f64]) {
         let sum = |shown: bool| -> f64 {
             self.stretches.iter().zip(&*weights).filter(|(s, _)| s.shown == shown).map(|(_, w)| w).sum()
@@ -91,19 +91,19 @@ impl Secondary<'_> {
         stretch.contact.map_or(&[], |contact| &self.contacts[contact as usize].shapes)
     }
 
-    /// The directions in which an edge may be a silhouette.
+    /// Directions in which an edge may be a silhouette.
     fn silhouette(&self, edge: &Edge) -> Option<Wedge> {
         self.wedge(edge).or_else(|| Wedge::whole(edge.span(self.sensor.paths.scene)))
     }
 
-    /// Roughly the solid angle of lights before which a stretch is a silhouette, or how often it is one, if
-    /// that cannot be told; 0 only where it never is.
+    /// Approximate solid angle of lights in front of which a stretch is a silhouette, or the frequency with
+    /// which it is one if the solid angle is unknown; 0 only if it never is.
     fn emission_rate(&self, stretch: &Stretch, edge: &Edge) -> f64 {
         let paths = self.sensor.paths;
         let scene = paths.scene;
         let emits = |s: u32| scene.description.shapes[s as usize].radiance.is_some();
         if self.light == Light::Emitted && edge.shapes.into_iter().any(emits) || edge.is_crossing() {
-            // Those of emitters are sampled from the camera, and at other crossings no emission jumps.
+            // Edges of emitters are sampled from the camera, and emission is continuous at other crossings.
             return 0.0;
         }
         if self.light == Light::Shadows && paths.lights.is_the_only(edge.shapes[0]) {
@@ -116,8 +116,8 @@ impl Secondary<'_> {
             let Some(contact) = stretch.contact.map(|contact| &self.contacts[contact as usize]) else {
                 return 0.0;
             };
-            // Others count by their solid angle where that is known, and else by how often they are
-            // silhouettes.
+            // Other edges are weighted by solid angle if it is known, otherwise by the frequency with which
+            // they are silhouettes.
             let scale = if self.targets.is_some() { 0.5 } else { 0.25 * FRAC_1_PI * contact.brightness };
             return scale * contact.directions.whole();
         }
@@ -133,7 +133,7 @@ impl Secondary<'_> {
         let middle = a.midpoint(b);
         let mut count = 0;
         for i in 0..PILOTS {
-            // Additive recurrences of the roots of x⁴ = x + 1.
+            // Additive recurrence of the root of x⁴ = x + 1.
             let numbers = [0.819_172_5, 0.671_043_6, 0.549_700_5].map(|g| (0.5 + g * i as f64).fract());
             let Some(towards) = paths.lights.sample(scene, middle, numbers) else { continue };
             let normal = towards.sampled.direction.cross(b - a);
@@ -144,8 +144,8 @@ impl Secondary<'_> {
         if rate > 0.0 || self.may_be_silhouette(edge) { rate.max(LEAST) } else { 0.0 }
     }
 
-    /// Whether an edge of two triangles may be a silhouette before a light: whether some light is not on the
-    /// same sides of both their planes throughout.
+    /// Whether an edge of two triangles may be a silhouette in front of a light: whether some light is not
+    /// entirely on the same sides of both planes.
     fn may_be_silhouette(&self, edge: &Edge) -> bool {
         let scene = self.sensor.paths.scene;
         let Some(spheres) = self.sensor.paths.lights.spheres() else { return true };
@@ -158,10 +158,10 @@ impl Secondary<'_> {
         })
     }
 
-    /// Roughly the solid angle in which what is seen jumps at an edge, times the contrast there.
+    /// Approximate solid angle in which radiance is discontinuous at an edge, times the contrast.
     fn solid_angle(&self, edge: &Edge) -> f64 {
         if edge.is_crossing() && self.longest == 1 {
-            // A constant environment does not jump.
+            // A constant environment is continuous.
             return 0.0;
         }
         let (anywhere, wedge) = (self.share_anywhere(edge), self.wedge(edge));
@@ -173,9 +173,9 @@ impl Secondary<'_> {
         }
     }
 
-    /// The part of directions that are drawn from the whole sphere; the others are those of the wedge.
+    /// Fraction of directions that are sampled from the whole sphere; the others are from the wedge.
     ///
-    /// Emission jumps at silhouettes only, and so does a constant environment; what surfaces reflect jumps at all
+    /// Emission and a constant environment are discontinuous only at silhouettes; reflected light is at all
     /// folds, of which a softened field leaves the silhouettes.
     fn share_anywhere(&self, edge: &Edge) -> f64 {
         match self.wedge(edge) {
@@ -185,16 +185,16 @@ impl Secondary<'_> {
         }
     }
 
-    /// The directions in which an edge of two triangles is a silhouette; `None` where every direction counts.
+    /// Directions in which an edge of two triangles is a silhouette; `None` if every direction counts.
     fn wedge(&self, edge: &Edge) -> Option<Wedge> {
-        // A fold through which something passes is a crossing as well.
+        // A fold through which another surface passes is a crossing as well.
         if self.light == Light::Bounces && edge.crossed {
             return None;
         }
         Wedge::of(self.sensor.paths.scene, self.list, edge)
     }
 
-    /// A direction from a point of a stretch towards the light.
+    /// Samples a direction from a point of a stretch towards the light.
     pub(super) fn draw(&self, stretch: &Stretch, point: DVec3, numbers: &mut Sequence) -> Option<Drawn<'_>> {
         let paths = self.sensor.paths;
         let edge = &self.list.edges[stretch.edge as usize];
@@ -209,7 +209,7 @@ impl Secondary<'_> {
         let (wedge, anywhere) = (self.wedge(edge), self.share_anywhere(edge));
         let (s, t) = e.any_orthonormal_pair();
         let (u, v, turn) = match &wedge {
-            // What is left of the choice takes one of the two opposite parts.
+            // The remainder of the random number selects one of the two opposite parts.
             Some(w) if c >= anywhere => {
                 let opposite = (c - anywhere) / (1.0 - anywhere) < 0.5;
                 (w.u, w.up, w.angle * b + if opposite { PI } else { 0.0 })
@@ -224,7 +224,7 @@ impl Secondary<'_> {
             .filter(|drawn| drawn.density > 0.0)
     }
 
-    /// A direction in which emission may pass.
+    /// Samples a direction in which emission may pass.
     fn draw_towards(&self, stretch: &Stretch, point: DVec3, numbers: [f64; 3]) -> Option<Drawn<'_>> {
         let paths = self.sensor.paths;
         let edge = &self.list.edges[stretch.edge as usize];

@@ -1,5 +1,5 @@
-//! Jumps seen from shading points, in the form of path space (Zhang, Miller, Yan, Gkioulekas and Zhao 2020;
-//! Theory 9).
+//! Discontinuities seen from shading points, in the path-space form (Zhang, Miller, Yan, Gkioulekas and Zhao
+//! 2020; Theory 9).
 //!
 //! At a shading point x the boundary term is ∮ f cos θ ΔL (v·ν) dl over the curves on the sphere of
 //! directions on which edges are seen. With e the edge's unit direction, x_B its point at arc length s, ω the
@@ -7,8 +7,8 @@
 //!
 //! > dA dl (v·ν) = (ω × e)·(ẋ_B − ẋ)/|n·ω| dω ds,
 //!
-//! ẋ being the velocity of x with the directions of the path before it held still, dA a patch of the surface
-//! at x, and dω its solid angle at x_B. One draws a point of an edge and a direction through it, and finds x.
+//! with ẋ the velocity of x at fixed directions of the path before it, dA a patch of the surface at x, and dω
+//! its solid angle at x_B. Sample a point of an edge and a direction through it, and trace to x.
 
 mod beside;
 mod choice;
@@ -34,32 +34,33 @@ use crate::gradient::differential::Differential;
 use crate::path::{Frame, LightId, Paths, Sequence};
 use crate::scene::{Environment, Hit, Scene};
 
-/// What passes an edge.
+/// Light that passes an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Light {
-    /// The emission that next-event estimation finds: directions are those of lights.
+    /// Emission, as sampled by next-event estimation: directions are those of lights.
     Emitted,
-    /// The same at edges of all shapes but the emitter's own.
+    /// Emission, at edges of all shapes except the emitter itself.
     Shadows,
-    /// A constant environment and what surfaces reflect: directions are uniform, where what is seen may jump.
+    /// A constant environment and reflected light: directions are uniform over those in which radiance may be
+    /// discontinuous.
     Rest,
-    /// The same along a softened field, which leaves silhouettes and crossings.
+    /// The residual of a softened field for that light: silhouettes and crossings.
     Bounces,
 }
 
 impl Light {
-    /// Whether it is emission that next-event estimation finds.
+    /// Whether the light is emission, as sampled by next-event estimation.
     fn is_emission(self) -> bool {
         matches!(self, Self::Emitted | Self::Shadows)
     }
 
-    /// Whether shading points slide along warps, those that stand still as well.
+    /// Whether shading points slide with warps, static ones included.
     fn is_along_warps(self) -> bool {
         matches!(self, Self::Shadows | Self::Bounces)
     }
 }
 
-/// Edges as they are seen from shading points.
+/// Edges as seen from shading points.
 #[derive(Debug)]
 pub(super) struct Secondary<'a> {
     sensor: Sensor<'a>,
@@ -67,15 +68,15 @@ pub(super) struct Secondary<'a> {
     moving: &'a Moving,
     light: Light,
     targets: Option<Targets>,
-    /// What is chosen from.
+    /// Stretches to choose from.
     stretches: Vec<Stretch>,
     contacts: Vec<Contact>,
     table: Table,
-    /// The longest part of a path before the jump.
+    /// Largest number of path segments before the discontinuity.
     longest: usize,
 }
 
-/// A point of an edge with a direction to the light, and where light arrives.
+/// A point of an edge with a direction to the light, and the point where the light arrives.
 struct Segment<'e> {
     edge: &'e Edge,
     along: f64,
@@ -87,8 +88,8 @@ struct Segment<'e> {
 }
 
 impl Segment<'_> {
-    /// Directions just before the edge and just behind it. What is seen there is looked at along them: a
-    /// point of a surface that ends at a lamp is lit by it, and the end itself is not.
+    /// Directions on either side of the edge, along which surfaces there are evaluated: a point of a surface
+    /// that ends at a lamp is lit by it, and the end itself is not.
     fn aside(&self, scene: &Scene) -> [DVec3; 2] {
         let angle = aside(self.edge.span(scene), self.start.position, self.distance);
         let across = angle * self.normal.normalize_or_zero();
@@ -122,7 +123,7 @@ impl<'a> Secondary<'a> {
         secondary
     }
 
-    /// Cuts all edges, and weighs what comes of them.
+    /// Cuts all edges into stretches and computes their weights.
     fn cut(&mut self, shown: Option<&Shown>) {
         let bodies = match self.light.is_emission() {
             true => Bodies::new(self.sensor.paths, self.targets.as_ref()),
@@ -132,7 +133,8 @@ impl<'a> Secondary<'a> {
         self.table = self.weights();
     }
 
-    /// The light on both sides of the edge along a path's last segment; none on a side that a softened field follows.
+    /// Radiance on both sides of the edge along a path's last segment; zero on a side that a softened field
+    /// follows.
     fn lights(
         &self,
         segment: &Segment<'_>,
@@ -151,7 +153,7 @@ impl<'a> Secondary<'a> {
                 let hit = hit.filter(|h| aim.surface.is_none_or(|s| s == h.surface));
                 paths.lit(aim.id, hit, direction)
             }
-            // Where an emitter's own edge coincides with this one it finds all of the jump.
+            // If an emitter's own edge coincides with this one, the whole discontinuity is assigned to it.
             (Passing::From(_), ..) if sides.other.and_then(|side| sides.hits[side]).is_some_and(emits) => {
                 DVec3::ZERO
             }
@@ -174,38 +176,38 @@ impl<'a> Secondary<'a> {
     }
 }
 
-/// An edge as the last shading point of a path sees it.
+/// An edge as seen from the last shading point of a path.
 pub(super) struct Shadow<'s> {
-    /// The path to that point.
+    /// Path to that point.
     pub(super) subpath: CameraSubpath<'s>,
-    /// The light before the edge and behind it, over the density.
+    /// Radiance before and behind the edge, divided by the density.
     pub(super) lights: [DVec3; 2],
-    /// What is seen there.
+    /// Surfaces seen there.
     pub(super) hits: [Option<Hit>; 2],
-    /// The direction from that point to the edge, and how far it is.
+    /// Direction from that point to the edge, and distance.
     pub(super) direction: DVec3,
     pub(super) distance: f64,
     /// ω × e.
     pub(super) normal: DVec3,
-    /// The light that the direction was drawn for.
+    /// The light that the direction was sampled for.
     pub(super) of: Option<LightId>,
     edge: &'s Edge,
     along: f64,
 }
 
 impl Shadow<'_> {
-    /// The difference of light.
+    /// Difference of radiance.
     pub(super) fn light(&self) -> DVec3 {
         self.lights[0] - self.lights[1]
     }
 
-    /// The edge's point.
+    /// Position of the edge point.
     pub(super) fn place(&self, scene: &Scene) -> DVec3 {
         let [a, b] = self.edge.span(scene);
         a.lerp(b, self.along)
     }
 
-    /// The edge's point in numbers.
+    /// The edge point over numbers.
     pub(super) fn point<C: Differential>(&self, scene: &Scene, calculus: &C) -> Vec3<C::Number> {
         self.edge.span.point(scene, self.along, |i| calculus.position(i))
     }
@@ -217,7 +219,7 @@ impl Secondary<'_> {
         self.table.total() <= 0.0
     }
 
-    /// Whether a light is one of those whose jumps are sampled at an edge.
+    /// Whether the discontinuities of a light are sampled at an edge.
     fn is_about(&self, edge: &Edge, passing: Passing<'_>) -> bool {
         match (self.light, passing) {
             (Light::Shadows, Passing::Of(Aim { id: LightId::Shape(shape), .. })) => {
@@ -227,7 +229,7 @@ impl Secondary<'_> {
         }
     }
 
-    /// Hands over every path from the camera that sees light jump at one point of an edge.
+    /// Calls back with every camera path that sees light end at one point of an edge.
     pub(super) fn each(&self, address: Address, mut found: impl FnMut(&Shadow<'_>)) {
         let paths = self.sensor.paths;
         let scene = paths.scene;
@@ -257,7 +259,7 @@ impl Secondary<'_> {
         }
         let Some(hit) = scene.beyond(point, -drawn.direction, near) else { return };
         let shape = scene.shape_of(hit.surface) as usize;
-        // Along a warp of the film shading points slide that stand still.
+        // With a warped film, static shading points slide as well.
         if self.longest == 1
             && !self.light.is_along_warps()
             && !(self.moving.camera || self.moving.shapes[shape] || self.moving.has_any(edge.shapes))
@@ -268,7 +270,7 @@ impl Secondary<'_> {
         let segment =
             Segment { edge, along, start, direction: drawn.direction, distance: hit.distance, normal };
         let scale = stretch.part() * length / (chosen.probability * drawn.density);
-        // Camera subpaths and what is seen beyond the edge must not share random numbers.
+        // Camera subpaths and the paths beyond the edge must not share random numbers.
         let mut backwards = address.numbers(BACKWARDS);
         let mut sides: Option<Option<Sides>> = None;
         self.sensor.each_subpath(
@@ -294,7 +296,7 @@ impl Secondary<'_> {
                 match drawn.passing {
                     Passing::Of(aim) => hand_over(lights, Some(aim.id)),
                     Passing::Anything => hand_over(lights, None),
-                    // One light at a time: each has a field of its own.
+                    // One light at a time: each has its own field.
                     Passing::From(contact) => {
                         for &shape in &contact.shapes {
                             let is_its =

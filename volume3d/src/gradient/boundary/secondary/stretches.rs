@@ -1,9 +1,10 @@
-//! Stretches of edges, and whether the film may show the shadows that they cast.
+//! Stretches of edges, and whether their shadows may be visible on the film.
 //!
-//! What an edge hides of a light lies behind it: if light comes from a ball (c, r) and passes a stretch with the middle m and half its length
-//! h, it goes on at m + s (m − c), s ≥ 0, to within h + s (r + h). That is before a plane of unit normal n only if
-//! n·(m + s (m − c)) + h + s (r + h) is large enough: a bound of s. Where the bounds of all planes of the film's pyramid and of the box around the
-//! scene leave no s, nothing of the stretch is seen but after another reflection.
+//! The shadow of an edge lies behind it: light from a ball (c, r) that passes a stretch with midpoint m and
+//! half-length h continues at m + s (m − c), s ≥ 0, to within h + s (r + h). That is in front of a plane with
+//! unit normal n only if n·(m + s (m − c)) + h + s (r + h) is large enough, which bounds s. If the bounds of
+//! all planes of the view frustum and of the scene's bounding box leave no s, the shadow of the stretch is
+//! visible only after another reflection.
 
 use std::ops::Range;
 
@@ -13,23 +14,23 @@ use super::super::list::EdgeList;
 use super::super::sensor::Sensor;
 use super::beside::{Bodies, Contact};
 
-/// Whose light is looked for past a stretch.
+/// Light that is sought past a stretch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Of {
-    /// Light of all emitters, less the emitters of a contact: directions are drawn towards lights.
+    /// Light of all emitters except those of a contact: directions are sampled towards lights.
     Lights,
-    /// That of the emitters of the contact.
+    /// Light of the contact's emitters.
     Contact,
 }
 
 /// A part of an edge.
 #[derive(Clone, Debug)]
 pub(super) struct Stretch {
-    /// Which edge.
+    /// Index of the edge.
     pub(super) edge: u32,
-    /// How far along it.
+    /// Range along the edge.
     pub(super) along: Range<f64>,
-    /// Whether its shadows may be seen.
+    /// Whether its shadows may be visible.
     pub(super) shown: bool,
     pub(super) of: Of,
     /// Index of its contact, if it is one.
@@ -37,30 +38,30 @@ pub(super) struct Stretch {
 }
 
 impl Stretch {
-    /// Of the edge.
+    /// Its length as a fraction of the edge.
     pub(super) fn part(&self) -> f64 {
         self.along.end - self.along.start
     }
 
-    /// Both ends, of an edge with these.
+    /// Both ends, given those of the edge.
     pub(super) fn ends(&self, [a, b]: [DVec3; 2]) -> [DVec3; 2] {
         [self.along.start, self.along.end].map(|s| a.lerp(b, s))
     }
 
-    /// The place along the edge that is so far along the stretch.
+    /// Position along the edge, from a fraction of the stretch.
     pub(super) fn place(&self, rest: f64) -> f64 {
         self.along.start + rest * self.part()
     }
 }
 
-/// Edges are cut until stretches are no longer than this part of the scene, or all of them are shown or none is.
+/// Length, relative to the scene, at which subdivision stops; it stops earlier if all shadows of a stretch
+/// are visible or none.
 const SHORTEST: f64 = 1.0 / 128.0;
 
-/// By so many roundings half spaces are larger than they are: what is shown besides costs samples, and no
-/// bias.
+/// Enlargement of half spaces, in roundings: superfluous stretches cost samples, no bias.
 const SLACK: f64 = 1e4;
 
-/// Above as many lights shadows are taken to be everywhere.
+/// Number of lights above which shadows are assumed to be everywhere.
 const MANY: usize = 16;
 
 /// {x: n·x ≥ d}, |n| = 1.
@@ -70,17 +71,17 @@ struct HalfSpace {
     level: f64,
 }
 
-/// What casts shadows, and where they may be seen.
+/// Balls around the lights, and the region in which shadows are visible.
 #[derive(Clone, Debug)]
 pub(super) struct Shown {
-    /// Balls around them.
+    /// Bounding balls of lights.
     pub(super) lights: Vec<(DVec3, f64)>,
     within: Vec<HalfSpace>,
     shortest: f64,
 }
 
 impl Shown {
-    /// `None` where that is everywhere: light comes from infinitely far away or from many lights, or there is a lens.
+    /// `None` if that is everywhere: light from infinity or from many lights, or a camera with a lens.
     pub(super) fn new(sensor: &Sensor<'_>) -> Option<Self> {
         let scene = sensor.paths.scene;
         let (lights, (low, high)) = (sensor.paths.lights.spheres()?, scene.bounds()?);
@@ -107,7 +108,7 @@ impl Shown {
         Some(Self { lights, within, shortest: SHORTEST * (high - low).max_element() })
     }
 
-    /// Whether shadows of what is between two points may be seen.
+    /// Whether shadows of the segment between two points may be visible.
     pub(super) fn has(&self, [a, b]: [DVec3; 2]) -> bool {
         let (middle, half) = (a.midpoint(b), 0.5 * a.distance(b));
         self.lights.iter().any(|&(centre, radius)| {
@@ -127,7 +128,7 @@ impl Shown {
         })
     }
 
-    /// Cuts a stretch with these ends; pieces that lie one after another and are shown alike stay together.
+    /// Subdivides a stretch with these ends; consecutive pieces with the same visibility are merged.
     fn cut(&self, whole: &Stretch, ends: [DVec3; 2], first: usize, found: &mut Vec<Stretch>) {
         let shown = self.has(ends);
         if shown && ends[0].distance(ends[1]) > self.shortest {
@@ -145,7 +146,7 @@ impl Shown {
     }
 }
 
-/// All edges in stretches, in their order, with the contacts among them.
+/// All edges as stretches, in order, and the contacts among them.
 pub(super) fn stretches(
     list: &EdgeList,
     sensor: &Sensor<'_>,

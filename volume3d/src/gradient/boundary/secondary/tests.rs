@@ -1,4 +1,4 @@
-//! Which stretches of edges are drawn, where the film shows a small part of a scene.
+//! Tests of the selection of edge stretches where the film shows a small part of a scene.
 
 use flatland::calculus::Vec3;
 use flatland::random::{Stream, open01, stream};
@@ -14,8 +14,9 @@ use crate::gradient::{EdgeSampling, Progress, Tangent};
 use crate::path::Kernels;
 use crate::scene::{Camera, Crop, Description, Film, Filter, Integrator, Material};
 
-/// A floor under a small lamp, with two leaves between them, before a wall; of the film, of 24² pixels, some around where a place is seen. What
-/// the second leaf hides of the lamp is seen after a bounce only.
+/// A floor under a small lamp, with two leaves between them, in front of a wall. The film is a crop, around
+/// the image of `place`, of a film of 24² pixels. The shadow of the second leaf is visible only after a
+/// bounce.
 fn shadow(depth: usize, place: DVec3, [width, height]: [usize; 2]) -> Scene {
     let camera = Camera::look_at(DVec3::new(0.3, 2.0, 3.0), DVec3::new(0.0, 0.2, 0.0), DVec3::Y, 0.8);
     let mut d = Description::new(camera, film(24, Filter::Tent { radius: 1.0 }));
@@ -35,13 +36,13 @@ fn shadow(depth: usize, place: DVec3, [width, height]: [usize; 2]) -> Scene {
     Scene::new(d).unwrap()
 }
 
-/// The same with other stretches.
+/// The sampler with its edges cut anew into stretches for `shown`.
 fn drawn<'a>(mut part: Secondary<'a>, shown: Option<&Shown>) -> Secondary<'a> {
     part.cut(shown);
     part
 }
 
-/// With stretches whose shadows are seen drawn more often, against all of them drawn alike.
+/// Stretches whose shadows are visible drawn more often, against all stretches drawn uniformly.
 #[test]
 fn small_films_see_all_shadows() {
     let mut comparisons = Comparisons::of("edge_sampling::small_films_see_all_shadows");
@@ -69,12 +70,12 @@ fn small_films_see_all_shadows() {
         let reference = run(&drawn(part(), None), samples, 100);
         comparisons.add(name.to_owned(), found, reference, 0.0, reference.0);
         let control = if depth == 2 {
-            // As if the lamp were elsewhere.
+            // Control: stretches selected for a lamp that is elsewhere.
             let mut moved = shown;
             moved.lights.iter_mut().for_each(|(centre, _)| centre.x += 2.0);
             drawn(part(), Some(&moved))
         } else {
-            // As if what the film does not show counted for nothing.
+            // Control: stretches that the film does not show have weight zero.
             let longest = part().longest;
             let hidden = drawn(Secondary { longest: 1, ..part() }, Some(&shown));
             Secondary { longest, ..hidden }
@@ -94,10 +95,11 @@ fn point(rng: &mut Stream) -> DVec3 {
     DVec3::from_array(std::array::from_fn(|_| 2.0 * open01(rng) - 1.0))
 }
 
-/// Where the shadow ends on the floor.
+/// A point on the floor at the edge of the shadow.
 const EDGE: DVec3 = DVec3::new(0.02, 0.0, -0.46);
 
-/// Light from a ball past a stretch to a point that the film shows, at random: no stretch is refused past which there is such light.
+/// Random light paths from a ball past a stretch to a point visible on the film: a stretch with such a path
+/// is never rejected.
 #[test]
 fn no_stretch_is_refused_whose_shadow_is_seen() {
     let scene = shadow(2, EDGE, [8, 6]);

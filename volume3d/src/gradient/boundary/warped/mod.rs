@@ -1,9 +1,9 @@
-//! Boundary terms along a warp: curves with the velocity beyond the warp's instead of all of it.
+//! Boundary terms relative to a warp: curves with v − V in place of v.
 //!
-//! Curves on which a surface turns its other side are what no field follows of the jumps within faces; what a
-//! [softened](super::residual) field leaves of silhouettes and shadows comes beside them. Where shadows are not sampled, the
-//! horizon of a face with shading normals is seen as the edges of the face itself, which are silhouettes from within its plane, and
-//! fields follow these.
+//! Curves on which a surface turns its other side are the discontinuities within faces that no field follows;
+//! the residual of silhouettes and shadows of a [softened](super::residual) field is added to them. If
+//! shadows are not sampled, the horizon of a face with shading normals consists of the face's own edges,
+//! which are silhouettes seen from within its plane and are followed by the field.
 
 #[cfg(test)]
 pub(super) mod tests;
@@ -28,7 +28,7 @@ use crate::gradient::differential::Differential;
 use crate::gradient::motion::MovingBounds;
 use crate::path::Frame;
 
-/// One kind of curve, along the warp.
+/// One kind of curve, relative to the warp.
 #[derive(Debug)]
 struct Warped<'p, C> {
     warp: &'p AlongWarp<'p>,
@@ -36,7 +36,8 @@ struct Warped<'p, C> {
 }
 
 impl AlongWarp<'_> {
-    /// Hands over what a softened field leaves of silhouettes on the film, if it is softened, and of shadows, if they are sampled.
+    /// Passes on the residual of silhouettes on the film, if the field is softened, and of shadows, if they
+    /// are sampled.
     pub(in crate::gradient) fn residual(
         &self,
         moving: &Moving,
@@ -65,17 +66,17 @@ impl AlongWarp<'_> {
             taker.take(Term::Secondary, &Shadows { warp: self, edges })?;
             let edges = Emitters::new(self.paths, list, moving, Of::Curved, usize::MAX);
             taker.take(Term::Secondary, &Outlines { warp: self, edges })?;
-            // A face's own horizon stays where it is as a point slides over the face.
+            // The horizon of a face does not change as a point slides over the face.
             taker.take(Term::Secondary, &Horizon::new(self.paths, moving, Beyond::Lights))?;
         }
         Ok(())
     }
 
-    /// Hands over all curves on which a surface turns its other side.
+    /// Passes on all curves on which a surface turns its other side.
     ///
-    /// Samples do not depend on what moves: forward and reverse mode are one linear map and its transpose.
+    /// Samples do not depend on what moves: forward and reverse mode are a linear map and its transpose.
     pub(in crate::gradient) fn sign_changes(&self, taker: &mut impl Take) -> Result<(), Stopped> {
-        // Without shading normals there are none.
+        // There are none without shading normals.
         if self.paths.scene.normals.is_empty() {
             return Ok(());
         }

@@ -1,4 +1,4 @@
-//! Warped area on scenes with shading normals, against central differences.
+//! Tests of warped area on scenes with shading normals, against central differences.
 
 use glam::{DAffine3, DQuat, DVec3};
 
@@ -24,8 +24,8 @@ fn description(camera: Camera, depth: usize) -> (Description, usize) {
     (d, white)
 }
 
-/// A wall that sees no lamp, but a lit sheet beside it with normals bent as those of a bulge; and a second wall, if it
-/// is deep enough, to reflect the light again.
+/// A wall that is lit only by a sheet at its side, with shading normals of a bulge; if `depth` permits, a
+/// second wall reflects the light again.
 pub(in crate::gradient::boundary) fn sheet(depth: usize) -> Scene {
     let camera = Camera::look_at(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, DVec3::Y, 0.3);
     let (mut d, white) = description(camera, depth);
@@ -45,7 +45,8 @@ pub(in crate::gradient::boundary) fn sheet(depth: usize) -> Scene {
     Scene::new(d).unwrap()
 }
 
-/// A sheet in view that turns its other side halfway, as its normals bend like those of a bulge; and a leaf before it.
+/// A visible sheet with shading normals of a bulge, half of which turn away from the camera; and a leaf in
+/// front of it.
 fn view() -> Scene {
     let camera = Camera::look_at(DVec3::new(0.2, 0.1, 3.0), DVec3::ZERO, DVec3::Y, 0.35);
     let (mut d, white) = description(camera, 2);
@@ -61,7 +62,8 @@ fn view() -> Scene {
     Scene::new(d).unwrap()
 }
 
-/// The upper face of a cube with normals as a ball's, seen from above, and a lamp beside it that its plane halves.
+/// The upper face of a cube with the shading normals of a ball, seen from above, and a lamp at its side that
+/// the plane of the face halves.
 fn top() -> Scene {
     let camera = Camera::look_at(DVec3::new(0.6, 4.0, 0.1), DVec3::new(0.6, 1.0, 0.1), DVec3::NEG_Z, 0.1);
     let (mut d, white) = description(camera, 2);
@@ -82,7 +84,7 @@ fn moved(scene: &Scene, shape: usize, shift: DVec3, turn: DVec3) -> Tangent {
     change
 }
 
-/// The normals of the sheet alone turn.
+/// A change of the sheet's normals alone.
 pub(in crate::gradient::boundary) fn bent(scene: &Scene) -> Tangent {
     let mut change = Tangent::still(scene);
     let range = scene.normal_range(1);
@@ -92,18 +94,18 @@ pub(in crate::gradient::boundary) fn bent(scene: &Scene) -> Tangent {
     change
 }
 
-/// Samples a pixel of differences, and of warped area: where nothing cancels.
+/// Samples per pixel of differences and of warped area, where no terms cancel.
 fn usual() -> [usize; 2] {
     if thorough() { [4096, 512] } else { [1024, 192] }
 }
 
-/// The same where terms cancel.
+/// Samples per pixel as in [`usual`], where terms cancel.
 const CANCELLING: [usize; 2] = [8192, 2048];
 
 fn differences(scene: &Scene, change: &Tangent, [samples, _]: [usize; 2]) -> (f64, f64) {
     total(|seed| {
-        // Their noise falls with the root of the step, and their error grows with its square: in these units it is
-        // less than a thousandth.
+        // Noise is proportional to 1/√step, and the error to the square of the step: here it is less than a
+        // thousandth.
         let method = FiniteDifference { samples, step: 2e-2, seed: 50 + seed };
         method.forward(scene, change, &Progress::none()).unwrap().gradient.pixels
     })
@@ -117,7 +119,8 @@ fn warped(
     [_, samples]: [usize; 2],
 ) -> (f64, f64) {
     total(|seed| {
-        // Auxiliary rays are less noisy, and slower; so are wide fields, which matters where samples are many.
+        // Auxiliary rays have less noise per sample and are slower; wide fields are slower too, which matters
+        // at large sample counts.
         let samples = match field {
             Field::AuxiliaryRays => samples / 2,
             WIDE => samples.min(512),
@@ -128,10 +131,11 @@ fn warped(
     })
 }
 
-/// A field that reaches so far differs from zero on most of a curve.
+/// A field with a reach so large that it is nonzero on most of a curve.
 const WIDE: Field = Field::JumpMean { film: 20.0, lobe: 4.0 };
 
-/// Shadows are sampled, and with them the horizons of faces, which are the shadows that these cast on themselves.
+/// A field that samples shadows, and with them the horizons of faces, which are the shadows that faces cast
+/// on themselves.
 const SOFTENED: Field =
     Field::Softened { film: 1.2, lobe: 0.5, softness: 0.4, silhouettes: 64, shadows: 128, bounces: 0 };
 
@@ -140,8 +144,8 @@ fn sides_that_turn_are_found() {
     let (view, near, far) = (view(), sheet(3), sheet(5));
     let shift = DVec3::new(0.2, 0.5, -0.3);
     let turn = DVec3::new(0.3, 1.0, 0.2);
-    // Where the wall moves a wide field happens to follow the curve: what is to be seen is that nothing is counted
-    // twice, and without sign changes nothing is missed.
+    // Where the wall moves, a wide field happens to follow the curve. That case shows that nothing is counted
+    // twice; without sign changes nothing is missing there.
     let cases = [
         ("a leaf moves before a sheet", &view, moved(&view, 1, shift, DVec3::ZERO), true),
         ("a sheet in view turns", &view, moved(&view, 0, shift, turn), true),
@@ -150,16 +154,18 @@ fn sides_that_turn_are_found() {
         ("a sheet turns between walls", &far, moved(&far, 1, shift, turn), true),
     ];
     let mut comparisons = Comparisons::of("warped::sides_that_turn_are_found");
-    // The others take longer: their terms cancel all the more.
+    // The other cases take longer, as their terms cancel more strongly.
     let count = if thorough() { cases.len() } else { 2 };
     for (at, (name, scene, change, missed)) in cases.iter().enumerate().take(count) {
         let samples = if at < 2 { usual() } else { CANCELLING };
         let expected = differences(scene, change, samples);
         let split = WarpedArea { samples: 4096, seed: 9, ..WarpedArea::default() };
         let scale = terms(&split.forward_terms(scene, change, &Progress::none()).unwrap());
-        // Auxiliary rays have tails too heavy here to notice 15%. What is sampled of a curve is the same for all fields.
+        // The tails of auxiliary rays are too heavy here to show a bias of 15 %. The samples of a curve are
+        // the same for all fields.
         for field in [Field::default(), WIDE, SOFTENED] {
-            // Where the wall moves nearly all noise is that of the curve, and the terms are small beside it.
+            // Where the wall moves, nearly all noise is that of the curve, and the terms are small in
+            // comparison.
             let sign_changes = if *missed { 64 } else { 512 };
             let found = warped(scene, change, field, sign_changes, samples);
             comparisons.add(format!("{name}, {field:?}"), found, expected, 1e-3 * scale, scale);
@@ -172,8 +178,8 @@ fn sides_that_turn_are_found() {
     comparisons.finish();
 }
 
-/// Warped area samples no horizon: the plane of a face is where its own edges are seen from within, and fields follow
-/// edges. Edge sampling's term is no small part of the whole.
+/// Warped area does not sample horizons: the plane of a face is where its own edges are seen from within it,
+/// and fields follow edges. Edge sampling's horizon term is a considerable part of the whole.
 #[test]
 fn horizons_are_silhouettes() {
     let scene = top();
@@ -197,8 +203,8 @@ fn horizons_are_silhouettes() {
     comparisons.finish();
 }
 
-/// Curves on the film count in the primary term and others in the secondary one, and in the error; without shading
-/// normals there is nothing.
+/// Curves on the film count in the primary term and others in the secondary term, and in the errors; without
+/// shading normals both are zero.
 #[test]
 fn terms_are_kept_apart() {
     let turn = DVec3::new(0.3, 1.0, 0.2);

@@ -1,4 +1,4 @@
-//! Kernels of implicit surfaces along scans of directions, and the whole field beside meshes.
+//! Tests of the kernels of implicit surfaces along scans of directions, and of whole fields with meshes.
 
 use flatland::random::{open01, stream};
 use flatland::sdf::shapes::{Ball, SmoothUnion};
@@ -33,8 +33,8 @@ fn no_trace() -> Trace<DVec3> {
     Trace { direction: EYE, points: vec![], end: End::Miss }
 }
 
-/// A small ball before a floor on which rays end: near the viewer's side of the ball they do so within the tracer's first
-/// step, whose points are then none.
+/// A small ball in front of a floor on which rays end. Near the viewer's side of the ball they end within the
+/// tracer's first step and have no further trace points.
 #[test]
 fn kernels_do_not_jump_where_rays_end_within_the_first_step() {
     let mut description = description();
@@ -69,7 +69,7 @@ fn does_not_jump(scene: &Scene, sight: &Sight) {
     for i in 0..count {
         let (mut a, mut b) = (place(i), place(i + 1));
         greatest = greatest.max(at(a).0);
-        // Halved down to rounding, towards the half in which it changes more.
+        // Bisection down to rounding, towards the half with the larger change.
         for _ in 0..40 {
             let middle = 0.5 * (a + b);
             let [left, there, right] = [a, middle, b].map(|y| at(y).0);
@@ -81,7 +81,8 @@ fn does_not_jump(scene: &Scene, sight: &Sight) {
     assert!(greatest > 0.1, "{greatest}");
 }
 
-/// Rays that leave a surface and are clear of it have no mean point that counts, and most that have none are known to be clear.
+/// Rays that leave a surface and are clear of it have no mean point in reach, and most rays without one are
+/// known to be clear.
 #[test]
 fn clear_rays_have_no_kernel() {
     let union = SmoothUnion::new(ball(-0.3, 0.0, 0.4, 0.6), ball(0.6, 0.2, 0.2, 0.45), 0.3).expect("a union");
@@ -120,7 +121,8 @@ fn clear_rays_have_no_kernel() {
     }
 }
 
-/// Where a field has followed a ray, its end is what the ray hits; with one that ran out of steps it says nothing.
+/// The end of a ray that the field has traced is the ray's hit; a trace that ran out of steps gives no
+/// information.
 #[test]
 fn ends_of_walks_are_what_is_hit() {
     let (scene, _) = crowded();
@@ -148,7 +150,7 @@ fn ends_of_walks_are_what_is_hit() {
     assert!(hits > 500 && misses > 500 && silent < 10, "{hits} {misses} {silent}");
 }
 
-/// Two balls blended into one, and a ball apart, between a wall and plates before them, all of which move.
+/// Two blended balls and a separate one, between a wall and plates in front of them, all of which move.
 fn crowded() -> (Scene, Tangent) {
     let mut description = description();
     description.tracer = Tracer { tolerance: 1e-10, max_steps: 20_000, ..description.tracer };
@@ -172,7 +174,7 @@ fn crowded() -> (Scene, Tangent) {
     (scene, change)
 }
 
-/// Gradients of kernels agree with central differences, before a plane and without one.
+/// Gradients of kernels agree with central differences, in front of a plane and without one.
 #[test]
 fn gradients_of_kernels_are_those_of_differences() {
     let (scene, _) = crowded();
@@ -203,12 +205,12 @@ fn gradients_of_kernels_are_those_of_differences() {
         println!(
             "{plane:?}: of {count} half are off by less than {half:.1e} of the slope, most by {most:.1e}"
         );
-        // But for points that the tracer adds or leaves out between two directions.
+        // The exceptions are points that the tracer adds or drops between two directions.
         assert!(count > 2000 && half < 1e-7 && most < 1e-4, "{count}: {half} {most}");
     }
 }
 
-/// V as the camera sees it, and what it sees.
+/// V at the camera, and the surface seen.
 fn seen(
     scene: &Scene,
     tree: &SceneEdges,
@@ -245,8 +247,8 @@ fn seen(
     (value, surface)
 }
 
-/// What a scan finds: jumps where the same surface is seen on both sides, curves at which another is seen, and the largest
-/// difference of V across these.
+/// Result of a scan: the number of discontinuities of V within one visible surface, the number of curves at
+/// which the visible surface changes, the largest difference of V across these, and the largest |V|.
 #[derive(Debug, Default)]
 struct Found {
     jumps: usize,
@@ -255,7 +257,7 @@ struct Found {
     largest: f64,
 }
 
-/// Changes between neighbours that V does not exceed without a jump are not looked into.
+/// Largest change of V between neighbours that is not examined for a discontinuity.
 const SUSPECT: f64 = 3e-3;
 
 fn scan(field: ImplicitField) -> Found {
@@ -303,7 +305,8 @@ fn scan(field: ImplicitField) -> Found {
     found
 }
 
-/// The field has one value on both sides of silhouettes, of edges and of all else. Of Bangaru's with few points that is not so.
+/// The field is continuous across silhouettes, edges and everywhere else; Bangaru's field with few points is
+/// not.
 #[test]
 fn whole_fields_do_not_jump() {
     for (field, rate) in [(ImplicitField::default(), 1e-5), (ImplicitField::bangaru(), 1e-4)] {

@@ -1,12 +1,12 @@
-//! Torus knots as curves: their derivatives, their reach, and the nearest point of all.
+//! Torus knots as curves: derivatives, reach, and the globally nearest point.
 
 use std::f64::consts::TAU;
 
 use glam::DVec3;
 
-/// Samples of the curve for each winding.
+/// Samples of the curve per winding.
 const SAMPLES: f64 = 20.0;
-/// A point is not nearer than another if its squared distance is less by this part only, which is rounding.
+/// Relative difference of squared distances that counts as rounding.
 const ROUNDING: f64 = 1e-15;
 
 /// γ(t) = R γ_R(t) + a γ_a(t) around the origin.
@@ -22,7 +22,7 @@ pub(super) struct Curve {
     bounds: [f64; 3],
 }
 
-/// A stretch of the curve that may have the nearest point.
+/// A stretch of the curve that may contain the nearest point.
 #[derive(Clone, Copy)]
 struct Piece {
     middle: f64,
@@ -47,7 +47,7 @@ impl Nearest {
 impl Curve {
     pub(super) fn new(windings: [f64; 2], major: f64, minor: f64) -> Self {
         let [p, q] = windings;
-        // In the plane γ is R e^{ipt} + a/2 (e^{i(p+q)t} + e^{i(p−q)t}), and a sin qt above it.
+        // In the plane γ is R e^{ipt} + a/2 (e^{i(p+q)t} + e^{i(p−q)t}), and a sin qt orthogonal to it.
         let bounds = [1, 2, 3].map(|k| {
             let plane = major * p.powi(k) + 0.5 * minor * ((p + q).powi(k) + (p - q).abs().powi(k));
             plane.hypot(minor * q.powi(k))
@@ -90,7 +90,7 @@ impl Curve {
         self.at(t)[0]
     }
 
-    /// The t at which γ is nearest to x.
+    /// The parameter t of the point nearest to x.
     pub(super) fn nearest(&self, x: DVec3) -> f64 {
         let step = TAU / self.samples.len() as f64;
         let half = 0.5 * step;
@@ -99,7 +99,7 @@ impl Curve {
         for (i, &distance) in distances.iter().enumerate() {
             best.offer(step * i as f64, distance);
         }
-        // The piece around the nearest sample first, so that it leaves few others.
+        // The piece around the nearest sample first, which excludes most others.
         let first = (best.t / step).round() as usize;
         let count = distances.len();
         let mut pieces = vec![];
@@ -119,13 +119,13 @@ impl Curve {
         distance - self.bounds[0] * half < best.distance
     }
 
-    /// Finds the nearest point of a piece, or cuts it in two.
+    /// Finds the nearest point of a piece, or bisects it.
     fn search(&self, x: DVec3, piece: Piece, best: &mut Nearest, pieces: &mut Vec<Piece>) {
         let Piece { middle, half } = piece;
         let [point, tangent, turn] = self.at(middle);
         let (offset, distance) = (point - x, point.distance(x));
         best.offer(middle, distance);
-        // Of |γ − x|²/2: its first two derivatives, and how much the second may change within the piece.
+        // First two derivatives of |γ − x|²/2, and the largest change of the second within the piece.
         let [speed, bend, third] = self.bounds;
         let slope = offset.dot(tangent);
         let convexity = tangent.dot(tangent) + offset.dot(turn);
@@ -133,7 +133,7 @@ impl Curve {
         let gain = (slope.abs() + 0.5 * (convexity.abs() + change) * half) * half;
         let least = 0.5 * distance * distance - gain;
         let wanted = 0.5 * best.distance * best.distance * (1.0 - ROUNDING);
-        // Nothing is nearer here; nor if a number is not finite.
+        // Nothing is nearer here; also if a number is not finite.
         if !(least < wanted && self.may_beat(distance, half, best)) {
             return;
         }
@@ -146,7 +146,8 @@ impl Curve {
         }
     }
 
-    /// The least of |γ − x| over an interval where its square is convex: Newton's method within bisection.
+    /// The least |γ − x| over an interval in which its square is convex: Newton's method safeguarded by
+    /// bisection.
     fn minimum(&self, x: DVec3, mut low: f64, mut high: f64) -> f64 {
         let derivatives = |t: f64| {
             let [point, tangent, turn] = self.at(t);
@@ -177,13 +178,14 @@ impl Curve {
         }
     }
 
-    /// The least radius of a circle that touches the curve and meets it again.
+    /// The least radius of a circle that is tangent to the curve and meets it again.
     pub(super) fn reach(&self) -> f64 {
         let [p, q] = self.windings;
         let count = (96.0 * (p + q)) as usize;
         let step = TAU / count as f64;
         let points: Vec<DVec3> = (0..count).map(|i| self.point(step * i as f64)).collect();
-        // A turn by 2π/q of t is one around the axis, and t ↦ −t one by π: half of that has it all.
+        // A shift of t by 2π/q is a rotation about the axis, and t ↦ −t one by π: half of that interval
+        // suffices.
         let part = (count as f64 / (2.0 * q)).ceil() as usize;
         let mut least = f64::INFINITY;
         for i in 0..=part {

@@ -8,29 +8,31 @@ use glam::{DMat3, DVec3};
 use self::curve::Curve;
 use super::{Parametric, ShapeError};
 
-/// The points within r of the torus knot T(p, q): the curve that winds p times around the y axis through c and q times through the hole of
-/// a torus of radii R and a,
+/// The points within r of the torus knot T(p, q): the curve that winds p times around the y axis through c
+/// and q times through the hole of a torus of radii R and a,
 ///
 /// ```text
 /// γ(t) = c + ((R + a cos qt) cos pt, a sin qt, (R + a cos qt) sin pt),   0 ≤ t < 2π,
 /// φ = min_t |x − γ(t)| − r.
 /// ```
 ///
-/// (2, 3) is the trefoil, (1, 1) a ring that wobbles. Parameters: the components of c, then R, a and r; p and q stay.
+/// (2, 3) is the trefoil, (1, 1) an undulating ring. Parameters: the components of c, then R, a and r; p and
+/// q are fixed.
 ///
-/// # Where it is differentiable
+/// # Differentiability
 ///
-/// The nearest t moves with x and θ, and ∂φ/∂θ = −m·∂γ/∂θ with m = ∇φ, the direction from γ(t) to x, does not know it; its
-/// gradient and ∇²φ do. φ is not differentiable where two points of the curve are nearest (its medial axis, with the y axis and
-/// the gap between strands) and at centres of curvature, where ∇²φ has no bound. The returned derivatives are
-/// those for one of the nearest points; on the curve itself they are 0. The tube is thinner than the curve's reach, so that none of these
-/// points is within it or on it, but for the curve.
+/// The nearest t moves with x and θ. ∂φ/∂θ = −m·∂γ/∂θ, with m = ∇φ the direction from γ(t) to x, does not
+/// depend on that motion; its gradient and ∇²φ do. φ is not differentiable where two points of the curve are
+/// nearest (its medial axis, including the y axis and the gap between strands) and at centres of curvature,
+/// where ∇²φ is unbounded. The returned derivatives are those for one of the nearest points; on the curve
+/// itself they are 0. The tube is thinner than the curve's reach, so that except for the curve none of these
+/// points is inside it or on it.
 ///
 /// # The nearest point
 ///
-/// It is the nearest of all, not of those that some start leads to: pieces of the curve are left out where bounds on derivatives show that they are too far
-/// away, cut where |x − γ|² is not proven to be convex by bounds on γ″ and γ‴, and else have one minimum, which
-/// Newton's method finds within bisection.
+/// The nearest point is global: pieces of the curve are excluded if bounds on derivatives show that they are
+/// too far away, bisected if |x − γ|² is not proven convex by bounds on γ″ and γ‴, and otherwise have one
+/// minimum, found by Newton's method safeguarded by bisection.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Knot {
     centre: DVec3,
@@ -38,7 +40,7 @@ pub struct Knot {
     curve: Curve,
 }
 
-/// A point beside the curve.
+/// Data of a point near the curve.
 struct Local {
     /// ∇φ: away from the curve; 0 on it.
     m: DVec3,
@@ -73,9 +75,12 @@ impl Knot {
     /// The tube of radius r around T(p, q) on a torus of radii R and a.
     ///
     /// # Errors
-    /// If a parameter is not finite, a radius not positive, a not between R/1000 and R (what is thinner is a ring: [`Torus`](super::Torus)), p or q 0 or with a common divisor, or p + q more
-    /// than 32; or if r is not smaller than the reach of the curve, where the tube would touch itself or have kinks. The reach is the least
-    /// |γ(s) − γ(t)|²/2 over the distance of γ(s) from the tangent at t (Federer 1959). It is found to about 0.1 % by sampling t and s.
+    /// - A parameter is not finite, or a radius not positive.
+    /// - a is not between R/1000 and R (for thinner ones use a ring, [`Torus`](super::Torus)).
+    /// - p or q is 0, they have a common divisor, or p + q exceeds 32.
+    /// - r is not smaller than the reach of the curve, where the tube would touch itself or have kinks. The
+    ///   reach is the least |γ(s) − γ(t)|²/2 divided by the distance of γ(s) from the tangent at t (Federer
+    ///   1959), computed to about 0.1 % by sampling t and s.
     pub fn new(
         centre: DVec3,
         (p, q): (u32, u32),
@@ -101,7 +106,7 @@ impl Knot {
         Ok(Self { centre, tube, curve })
     }
 
-    /// How often it winds around the axis, and through the hole.
+    /// Windings around the axis, and through the hole.
     #[must_use]
     pub fn windings(&self) -> (u32, u32) {
         let [p, q] = self.curve.windings();
@@ -119,7 +124,7 @@ impl Knot {
         let distance = from_curve.length();
         let bend = if distance > 0.0 { distance.recip() } else { 0.0 };
         let convexity = tangent.dot(tangent) - from_curve.dot(turn);
-        // Not positive at centres of curvature only, to rounding.
+        // Not positive only at centres of curvature, up to rounding.
         let moves = if convexity > 0.0 { tangent / convexity } else { DVec3::ZERO };
         Local {
             m: from_curve * bend,
@@ -133,7 +138,7 @@ impl Knot {
     }
 }
 
-/// The greatest common divisor.
+/// Greatest common divisor.
 fn divisor(a: u32, b: u32) -> u32 {
     if b == 0 { a } else { divisor(b, a % b) }
 }
@@ -164,7 +169,7 @@ impl Sdf<DVec3> for Knot {
         SecondOrder { jet, hessian: local.hessian() }
     }
 
-    /// The box around the torus, which the curve lies on, grown by r and the level.
+    /// Box around the torus on which the curve lies, enlarged by r and the level.
     fn level_bounds(&self, level: f64) -> Option<(DVec3, DVec3)> {
         let [major, minor] = self.curve.radii();
         let half = DVec3::new(major + minor, minor, major + minor) + (self.tube + level);

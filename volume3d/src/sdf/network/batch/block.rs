@@ -1,4 +1,4 @@
-//! What the sweeps over one block of points keep.
+//! Intermediate values of the sweeps over one block of points.
 
 use flatland::sdf::Jet;
 use glam::DVec3;
@@ -7,26 +7,26 @@ use super::outer::OuterSum;
 use super::product::{BLOCK, Row, TALL};
 use super::weights::Weights;
 
-/// Memory of a thread, which is used again for every block.
+/// Per-thread memory, reused for every block.
 #[derive(Debug)]
 pub(super) struct Block {
     /// γ(x).
     pub(super) features: Vec<Row>,
-    /// The derivative of each component by the one coordinate that it depends on.
+    /// Derivative of each component by the single coordinate on which it depends.
     pub(super) feature_slopes: Vec<Row>,
     /// a_k of every hidden layer.
     pub(super) values: Vec<Vec<Row>>,
     /// σ′.
     pub(super) slopes: Vec<Vec<Row>>,
-    /// ȧ_{k−1}, from that of the features to that of the last hidden layer.
+    /// ȧ_{k−1}, from the features to the last hidden layer.
     pub(super) tangents: Vec<Vec<Row>>,
-    /// u = ∂φ/∂a, and what it is made from.
+    /// u = ∂φ/∂a, and its scratch space.
     pub(super) adjoint: [Vec<Row>; 2],
-    /// v, and what it is made from.
+    /// v, and its scratch space.
     pub(super) bent: [Vec<Row>; 2],
 }
 
-/// What the sweeps of a task need.
+/// Intermediate values that a task needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Needs {
     Values,
@@ -54,7 +54,7 @@ impl Block {
         }
     }
 
-    /// Takes up to a block of points, at least one; places that are left over repeat the last one.
+    /// Loads a nonempty block of points; unused lanes repeat the last one.
     pub(super) fn load(&mut self, points: &[DVec3], frequencies: usize) {
         for p in 0..BLOCK {
             let x = points[p.min(points.len() - 1)];
@@ -66,8 +66,8 @@ impl Block {
         }
     }
 
-    /// sin 2^k x and cos 2^k x, by doubling of the angle in double precision: its error doubles with each frequency, to less
-    /// than 10⁻⁶ at 2³¹.
+    /// sin 2^k x and cos 2^k x, by angle doubling in double precision: the error doubles with each frequency,
+    /// to less than 10⁻⁶ at 2³¹.
     fn load_waves(&mut self, p: usize, axis: usize, x: f64, frequencies: usize) {
         if frequencies == 0 {
             return;
@@ -83,7 +83,7 @@ impl Block {
     }
 }
 
-/// c and q of a block of covectors; places that are left over have 0.
+/// c and q of a block of covectors; 0 in unused lanes.
 pub(super) fn covectors(covectors: &[Jet<DVec3>]) -> (Row, [Row; 3]) {
     let (mut c, mut q) = ([0.0; BLOCK], [[0.0; BLOCK]; 3]);
     for (p, covector) in covectors.iter().enumerate() {
@@ -95,7 +95,7 @@ pub(super) fn covectors(covectors: &[Jet<DVec3>]) -> (Row, [Row; 3]) {
     (c, q)
 }
 
-/// The gradient by all weights, summed over the blocks of one group.
+/// Gradient by all weights, summed over the blocks of one group.
 #[derive(Debug)]
 pub(super) struct Sums {
     pub(super) weights: Vec<OuterSum>,

@@ -1,7 +1,7 @@
-//! Many points at once in single precision.
+//! Batched evaluation of networks in single precision.
 //!
-//! Blocks of points go through the layers together, one point a lane, so that a weight is read once for all of them. No graph is
-//! kept.
+//! Blocks of points pass through the layers together, one point per lane, so that each weight is loaded once
+//! per block. No graph is stored.
 
 mod block;
 mod outer;
@@ -27,18 +27,18 @@ use super::Network;
 /// Groups whose gradients are in memory at once.
 const ROUND: usize = 64;
 
-/// Parameters that a thread adds up at a time.
+/// Parameters that a thread sums at a time.
 const SLICE: usize = 4096;
 
-/// A [`Network`] in single precision, for many points at once and on all threads of rayon's pool.
+/// A single-precision copy of a [`Network`], for many points at once, on all threads of rayon's pool.
 ///
-/// Of one point alone the result would be the same bits on one machine: whatever points are beside it, and however many threads
-/// there are. (A machine without fused multiplication rounds differently.) What it deviates by from the network itself is
-/// rounding of single precision: 3·10⁻⁷ in φ and 10⁻⁶ of derivatives were found with sharpness 100. Coordinates are rounded,
-/// too, but not before the encoding. A point that is not finite has a value that is not finite, and no effect on
+/// On one machine the bits of a point's result do not depend on the other points or on the number of threads.
+/// (A machine without fused multiply–add rounds differently.) The deviation from the network itself is
+/// single-precision rounding: about 3·10⁻⁷ in φ and 10⁻⁶ in derivatives, with sharpness 100. Coordinates are
+/// rounded after the encoding. A point that is not finite has a value that is not finite, and does not affect
 /// others.
 ///
-/// It is a copy: after a step of the weights make another, which costs as much as the values at some hundred points.
+/// After a step of the weights make a new copy, at the cost of about a hundred evaluations.
 #[derive(Clone, Debug)]
 pub struct SingleNetwork {
     weights: Weights,
@@ -46,13 +46,15 @@ pub struct SingleNetwork {
 }
 
 impl SingleNetwork {
-    /// How many points' gradients are summed in single precision before they are added in double precision.
+    /// Number of points whose gradients are summed in single precision before they are added in double
+    /// precision.
     pub const GROUP: usize = 8 * BLOCK;
 
     /// Rounds the weights.
     ///
     /// # Errors
-    /// [`ShapeError::Parameter`] if single precision cannot hold a weight, or the sharpness and its reciprocal.
+    /// [`ShapeError::Parameter`] if a weight, the sharpness or its reciprocal exceeds the range of single
+    /// precision.
     pub fn new(network: &Network) -> Result<Self, ShapeError> {
         Ok(Self { weights: Weights::new(network)?, arch: Arch::new() })
     }
@@ -85,16 +87,16 @@ impl SingleNetwork {
         jets
     }
 
-    /// Adds Σ_i c_i ∂φ(x_i)/∂θ_j + q_i·∇∂φ(x_i)/∂θ_j to entry j, for covectors (c_i, q_i), as
-    /// [`add_parameter_gradient`](flatland::sdf::Sdf::add_parameter_gradient) does point by point.
+    /// Adds Σ_i c_i ∂φ(x_i)/∂θ_j + q_i·∇∂φ(x_i)/∂θ_j to entry j, for covectors (c_i, q_i), like
+    /// [`add_parameter_gradient`](flatland::sdf::Sdf::add_parameter_gradient) for single points.
     ///
-    /// Single precision sums the points of a group, the first [`GROUP`](Self::GROUP), the next and so on, and double precision
-    /// the groups, in their order. So the bits do not depend on the threads, nor on how many calls the points are cut
-    /// into, if it is between groups.
+    /// Points are summed in single precision within groups of [`GROUP`](Self::GROUP) consecutive points, and
+    /// groups in double precision, in order. Bits do not depend on the threads, nor on a division into
+    /// several calls at group boundaries.
     ///
     /// # Errors
-    /// [`ShapeError::Count`] if there are not as many covectors as points, or as many entries as parameters. Then nothing is
-    /// added.
+    /// [`ShapeError::Count`] if there are not as many covectors as points, or as many entries as parameters.
+    /// Nothing is added then.
     pub fn add_parameter_gradient(
         &self,
         points: &[DVec3],

@@ -1,6 +1,6 @@
-//! Sums of z aᵀ over the points of blocks, for the gradients by weights.
+//! Sums of z aᵀ over the points of blocks, for gradients by weights.
 //!
-//! Here a lane is a column of the weights. All is `#[inline(always)]`, as in `product`.
+//! A lane is a column of the weights. Everything is `#[inline(always)]`, as in `product`.
 
 use pulp::Simd;
 
@@ -32,7 +32,7 @@ impl OuterSum {
         self.tiles.fill([[0.0; TILE.1]; TILE.0]);
     }
 
-    /// Adds the points of a block. `z` have rows padded to sixes.
+    /// Adds the points of a block. Rows of `z` are padded to multiples of six.
     #[inline(always)]
     pub(super) fn add<S: Simd>(&mut self, simd: S, z: [&[Row]; 2], a: [&[Row]; 2]) {
         const { assert!(TILE.1.is_multiple_of(S::F32_LANES), "a strip is some registers") };
@@ -63,7 +63,7 @@ impl OuterSum {
     }
 }
 
-/// One tile's sums over both blocks, with as many sums in registers as in `product`.
+/// Sums of one tile over both blocks, with as many sums in registers as in `product`.
 #[inline(always)]
 fn add_tile<S: Simd>(simd: S, tile: &mut [[f32; TILE.1]; TILE.0], z: [&[Row; TILE.0]; 2], strip: &Strip) {
     let mut first = 0;

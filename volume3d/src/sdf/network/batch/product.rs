@@ -1,24 +1,26 @@
-//! Products of weights with a block of points, one point a lane.
+//! Products of weights with a block of points, one point per lane.
 //!
-//! Code is generated for an instruction set only where it is inlined into `Simd::vectorize`. So everything here is
-//! `#[inline(always)]`.
+//! Code is generated for an instruction set only where it is inlined into `Simd::vectorize`; everything here
+//! is therefore `#[inline(always)]`.
 
 use pulp::Simd;
 
-/// Points of a block: four registers of eight. Two would do for the arithmetic, but then weights come from memory twice as often.
+/// Points of a block: four registers of eight. Two would suffice for the arithmetic, but load weights twice
+/// as often.
 pub(super) const BLOCK: usize = 32;
 
-/// One number of each point of a block.
+/// One number per point of a block.
 pub(super) type Row = [f32; BLOCK];
 
-/// Rows of weights that are multiplied together. With two registers of points, twelve sums stay in registers, and three of
-/// sixteen are left for a weight and the points.
+/// Rows of weights multiplied together. With two registers of points, twelve sums stay in registers, and
+/// three of sixteen remain for a weight and the points.
 pub(super) const TALL: usize = 6;
 
-/// Registers of points, or of columns, that are multiplied together.
+/// Registers of points, or of columns, multiplied together.
 pub(super) const WIDE: usize = 2;
 
-/// A matrix, rows in sixes, the six numbers of a column side by side; the last rows are padded by 0.
+/// A matrix in panels of six rows, with the six numbers of a column contiguous; the last rows are padded by
+/// 0.
 #[derive(Clone, Debug)]
 pub(super) struct Panels {
     panels: Vec<[f32; TALL]>,
@@ -26,7 +28,7 @@ pub(super) struct Panels {
 }
 
 impl Panels {
-    /// A matrix of its entries.
+    /// A matrix from its entries.
     pub(super) fn new(rows: usize, columns: usize, entry: impl Fn(usize, usize) -> f32) -> Self {
         let six = |first: usize, column| {
             std::array::from_fn(|i| if first + i < rows { entry(first + i, column) } else { 0.0 })
@@ -35,7 +37,7 @@ impl Panels {
         Self { panels: panels.map(|(first, j)| six(first, j)).collect(), columns }
     }
 
-    /// y = W x + b, where b is 0 if it is empty. `y` has room for the padded rows.
+    /// y = W x + b, with b = 0 if it is empty. `y` has room for the padded rows.
     #[inline(always)]
     pub(super) fn apply<S: Simd>(&self, simd: S, x: &[Row], bias: &[f32], y: &mut [Row]) {
         let panels = self.panels.chunks_exact(self.columns);

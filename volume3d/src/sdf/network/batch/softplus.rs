@@ -1,4 +1,4 @@
-//! Softplus and its derivative for a register of numbers.
+//! Softplus and its derivative, in SIMD.
 
 use pulp::Simd;
 
@@ -19,19 +19,19 @@ const LOG: [f32; 10] = [
     1.0,
 ];
 
-/// ln 2 as a number of few bits, whose multiples are exact, and the rest.
+/// ln 2 as a number of few bits, whose multiples are exact, and the remainder.
 const LN_2: [f32; 2] = [355.0 / 512.0, -2.121_944_4e-4];
 
-/// 1.5 · 2²³: what is added to it is rounded to a whole number, which stands in the low bits.
+/// 1.5 · 2²³: adding it rounds to an integer, which is in the low bits.
 const ROUND: f32 = 12_582_912.0;
 
-/// Below this e^t is less than 10⁻³⁷, and taken as that.
+/// Lower bound on t: below it e^t is less than 10⁻³⁷.
 const LEAST: f32 = -86.0;
 
 /// Bits of a fraction.
 const MANTISSA: u32 = 23;
 
-/// Softplus of one sharpness, ready to be applied.
+/// Softplus of one sharpness.
 #[derive(Clone, Copy)]
 pub(super) struct Softplus<S: Simd> {
     sharpness: S::f32s,
@@ -44,7 +44,7 @@ impl<S: Simd> Softplus<S> {
         Self { sharpness: simd.splat_f32s(sharpness), reciprocal: simd.splat_f32s(sharpness.recip()) }
     }
 
-    /// σ(z) = (max(βz, 0) + ln(1 + e^{−|βz|}))/β, to 3·10⁻⁷ of itself.
+    /// σ(z) = (max(βz, 0) + ln(1 + e^{−|βz|}))/β, to a relative error of 3·10⁻⁷.
     #[inline(always)]
     pub(super) fn value(&self, simd: S, z: S::f32s) -> S::f32s {
         let t = simd.mul_f32s(self.sharpness, z);
@@ -52,7 +52,7 @@ impl<S: Simd> Softplus<S> {
         self.finish(simd, t, below, exp(simd, below))
     }
 
-    /// σ(z) and σ′(z) = 1/(1 + e^{−βz}), to 3·10⁻⁷ of itself.
+    /// σ(z) and σ′(z) = 1/(1 + e^{−βz}), to a relative error of 3·10⁻⁷.
     #[inline(always)]
     pub(super) fn with_slope(&self, simd: S, z: S::f32s) -> [S::f32s; 2] {
         let (zero, one) = (simd.splat_f32s(0.0), simd.splat_f32s(1.0));
@@ -75,7 +75,7 @@ impl<S: Simd> Softplus<S> {
     }
 }
 
-/// e^t for t ≤ 0: 2ⁿ e^r with n whole and |r| ≤ ½ ln 2.
+/// e^t for t ≤ 0: 2ⁿ e^r with integer n and |r| ≤ ½ ln 2.
 #[inline(always)]
 fn exp<S: Simd>(simd: S, t: S::f32s) -> S::f32s {
     let least = simd.splat_f32s(LEAST);
@@ -87,7 +87,7 @@ fn exp<S: Simd>(simd: S, t: S::f32s) -> S::f32s {
     let r = simd.mul_add_e_f32s(n, simd.splat_f32s(-LN_2[0]), t);
     let r = simd.mul_add_e_f32s(n, simd.splat_f32s(-LN_2[1]), r);
     let bits = simd.transmute_u32s_f32s(polynomial(simd, &EXP, r));
-    // The bits of ROUND beside n are shifted out.
+    // The bits of ROUND above n are shifted out.
     let power = simd.wrapping_dyn_shl_u32s(simd.transmute_u32s_f32s(shifted), simd.splat_u32s(MANTISSA));
     simd.transmute_f32s_u32s(simd.add_u32s(bits, power))
 }

@@ -1,6 +1,6 @@
-//! The sweeps over a block of points: forward, back to the point, along a velocity, and back to the weights.
+//! Sweeps over a block of points: forward, back to the point, along a velocity, and back to the weights.
 //!
-//! All is `#[inline(always)]`, as in `product`.
+//! Everything is `#[inline(always)]`, as in `product`.
 
 use pulp::Simd;
 
@@ -9,7 +9,7 @@ use super::product::{BLOCK, Row};
 use super::softplus::Softplus;
 use super::weights::{Layer, Weights};
 
-/// φ alone: z_k = W_k a_{k−1} + b_k, a_k = σ(z_k). Only two layers are kept.
+/// φ alone: z_k = W_k a_{k−1} + b_k, a_k = σ(z_k). Only two layers are stored.
 #[inline(always)]
 pub(super) fn values<S: Simd>(simd: S, weights: &Weights, block: &mut Block) -> Row {
     let softplus = Softplus::new(simd, weights.sharpness);
@@ -28,7 +28,7 @@ pub(super) fn values<S: Simd>(simd: S, weights: &Weights, block: &mut Block) -> 
     output(simd, weights, inner)
 }
 
-/// φ, keeping all a_k and σ′.
+/// φ, storing all a_k and σ′.
 #[inline(always)]
 pub(super) fn forward<S: Simd>(simd: S, weights: &Weights, block: &mut Block) -> Row {
     let softplus = Softplus::new(simd, weights.sharpness);
@@ -60,7 +60,7 @@ fn output<S: Simd>(simd: S, weights: &Weights, a: &[Row]) -> Row {
     value
 }
 
-/// ∇φ, after [`forward`]: from u = w back, ż̄ = σ′u and u = Wᵀ ż̄.
+/// ∇φ, after [`forward`]: backwards from u = w, with ż̄ = σ′u and u = Wᵀ ż̄.
 #[inline(always)]
 pub(super) fn gradient<S: Simd>(simd: S, weights: &Weights, block: &mut Block) -> [Row; 3] {
     let Block { feature_slopes, slopes, adjoint: [u, scaled], .. } = block;
@@ -112,7 +112,7 @@ pub(super) fn reverse<S: Simd>(
     }
 }
 
-/// From ȧ_{−1} = Jγ q forward: ȧ_k = σ′ W_k ȧ_{k−1}.
+/// Forward from ȧ_{−1} = Jγ q: ȧ_k = σ′ W_k ȧ_{k−1}.
 #[inline(always)]
 fn along<S: Simd>(simd: S, weights: &Weights, block: &mut Block, q: &[Row; 3]) {
     let Block { feature_slopes, slopes, tangents, .. } = block;
@@ -133,7 +133,7 @@ fn along<S: Simd>(simd: S, weights: &Weights, block: &mut Block, q: &[Row; 3]) {
     }
 }
 
-/// w times a number a point.
+/// w times one number per point.
 #[inline(always)]
 fn begin(rows: &mut [Row], w: &[f32], factors: &Row) {
     for (row, w) in rows.iter_mut().zip(w) {

@@ -1,4 +1,4 @@
-//! The weights of a network in single precision, in the orders in which they are multiplied.
+//! Single-precision weights, in the layouts of the products.
 
 use flatland::sdf::shapes::{Parametric, ShapeError};
 
@@ -33,7 +33,7 @@ pub(super) struct Weights {
 }
 
 impl Weights {
-    /// Rounds the weights, and refuses what single precision cannot hold.
+    /// Rounds the weights; refuses values beyond the range of single precision.
     pub(super) fn new(network: &Network) -> Result<Self, ShapeError> {
         let architecture = network.architecture();
         let single = |parameter, value: f64| match value as f32 {
