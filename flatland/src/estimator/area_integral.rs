@@ -9,7 +9,7 @@ use crate::plane::{Attachment, Film, Filter, Hit, PixelSample, Scene};
 use crate::random::{Stream, open01};
 use crate::warp::{Field, Plane, WarpField};
 
-/// Which of the two equal forms of the area integral is evaluated.
+/// The two forms of the area integral, which are equal.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Form {
     /// ∂f/∂θ + ∇f·V + f ∇·V, term by term.

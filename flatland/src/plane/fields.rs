@@ -173,8 +173,8 @@ impl WarpField<Plane> for FollowedField<'_> {
     }
 }
 
-/// Of several points drawn from the kernel around μ, one of the topmost shape: the visible edge is the
-/// occluder's.
+/// Hit of the topmost shape among `candidates` points drawn from the kernel around μ, if any: the visible
+/// edge is the occluder's.
 pub(crate) fn followed(
     scene: &Scene,
     mu: DVec2,

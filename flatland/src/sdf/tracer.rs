@@ -118,7 +118,7 @@ pub struct Trace<V> {
 pub struct RayCount {
     /// All rays.
     pub traced: u64,
-    /// Those that ended [`End::OutOfSteps`].
+    /// Rays that ended with [`End::OutOfSteps`].
     pub out_of_steps: u64,
 }
 

@@ -160,8 +160,8 @@ impl Domain for Circle {
     type Vector = DVec2;
     const CURVATURE: f64 = 1.0;
 
-    /// As on the [`Line`], with y = 8κ sin²(φ/4) in place of x = κ(1 − cos φ): equivalent near u, and with a
-    /// density that does not vanish at the antipode. y ≤ 4κ, hence the distribution function
+    /// The [`Line`]'s method with y = 8κ sin²(φ/4) in place of x = κ(1 − cos φ): equivalent near u, and with
+    /// a density that does not vanish at the antipode. y ≤ 4κ, hence the distribution function
     /// ((1 − e⁻ʸ)/(1 − e^−4κ))^(a/2). 1 − cos φ is computed instead of cos φ, which at κ = 10¹² would be
     /// rounding noise.
     fn draw(u: DVec2, kappa: f64, radial_exponent: f64, [a, b]: [f64; 2]) -> Draw<DVec2> {

@@ -39,7 +39,7 @@ pub enum GradientError {
     /// The reach of a mean over discontinuities is not positive.
     #[error("the reach {name} of the mean over discontinuities must be positive and finite, not {reach}")]
     Reach {
-        /// Which reach: film or lobe.
+        /// Name of the reach: film or lobe.
         name: &'static str,
         /// Its value.
         reach: f64,

@@ -44,7 +44,7 @@ impl Rigid for Sphere {
 #[derive(Clone, Debug)]
 pub(crate) struct RigidMotion<D: Domain> {
     pub(crate) point: D::Vector,
-    /// Where the followed point is seen, and what it is.
+    /// Position at which the followed point is seen, and the point.
     pub(crate) at: D::Vector,
     pub(crate) seen: FollowedPoint,
     /// ∇_u k/k.

@@ -129,7 +129,7 @@ impl Light {
 /// Radiance of rays that leave the scene.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Environment {
-    /// The same radiance in every direction.
+    /// Uniform radiance from every direction.
     Constant {
         /// Name in messages and queries.
         id: String,

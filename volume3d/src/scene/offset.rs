@@ -99,7 +99,8 @@ mod tests {
         (p - (difference - back)) - (c + back)
     }
 
-    /// For all sizes and distances, along each axis separately; scenes near the origin stay.
+    /// Subtracting the offset is exact for all sizes and distances, along each axis separately; scenes near
+    /// the origin have offset 0.
     #[test]
     fn subtracting_the_offset_is_exact() {
         let mut rng = stream(71, &[]);

@@ -41,7 +41,7 @@ pub struct PrincipledThin<V = Value> {
     pub base_color: Reflectance,
     /// r; α is r², and at least 10⁻³.
     pub roughness: V,
-    /// As in [`Principled`].
+    /// Anisotropy, as in [`Principled`].
     pub anisotropic: V,
     /// Index of refraction, positive and not 1.
     pub eta: f64,

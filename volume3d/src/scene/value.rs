@@ -5,7 +5,7 @@ use glam::DVec3;
 /// A surface's reflectance, linear RGB.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Reflectance {
-    /// The same everywhere.
+    /// Constant colour.
     Constant(DVec3),
     /// A texture, by its index in the scene.
     Texture(usize),
@@ -14,7 +14,7 @@ pub enum Reflectance {
 /// A scalar parameter of a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Value {
-    /// The same everywhere.
+    /// Constant number.
     Constant(f64),
     /// The luminance of a texture, by its index in the scene.
     Texture(usize),

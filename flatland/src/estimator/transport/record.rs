@@ -90,7 +90,7 @@ pub(super) struct Recorder<'j, 't> {
 }
 
 impl<'j, 't> Recorder<'j, 't> {
-    /// For a sample at the film coordinate u.
+    /// An empty record for a sample at the film coordinate u.
     pub(super) fn new(job: &'j Job<'_>, tape: &'t Tape<Input>, u: f64) -> Self {
         Self { job, tape, u, warps: vec![], jumps: vec![] }
     }

@@ -36,7 +36,7 @@ pub struct WarpedArea {
     pub samples: usize,
     /// Termination of paths.
     pub paths: Paths,
-    /// How the warp field is constructed.
+    /// Construction of the warp field.
     pub construction: Construction,
     /// The concentrations of the auxiliary kernels.
     pub kernels: Kernels,

@@ -14,7 +14,7 @@ pub(super) struct Rule(Vec<(f64, f64)>);
 /// Exact for degree 5 on segments and total degree 4 on triangles: a quadratic shade times a bilinear filter,
 /// and with a linear velocity on segments.
 static POLYNOMIAL: LazyLock<Rule> = LazyLock::new(|| Rule(gauss_legendre(3)));
-/// For the Gaussian filter on cells one σ wide.
+/// Rule for the Gaussian filter on cells one σ wide.
 static SMOOTH: LazyLock<Rule> = LazyLock::new(|| Rule(gauss_legendre(8)));
 
 impl Rule {

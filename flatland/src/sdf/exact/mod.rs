@@ -207,7 +207,7 @@ fn turns(angle: f64, low: f64) -> [f64; 2] {
     [first, first + TAU]
 }
 
-/// The same angle in [−π, π].
+/// The angle modulo 2π in [−π, π].
 fn nearest_turn(angle: f64) -> f64 {
     angle - TAU * (angle / TAU).round()
 }

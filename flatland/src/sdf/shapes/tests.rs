@@ -109,7 +109,7 @@ fn balls_in_space_have_the_derivatives_of_their_values() {
             (advected.gradient.x, difference(&|h| shape.jet(x + h * v).gradient.x)),
         ];
         for (index, (found, expected)) in pairs.into_iter().enumerate() {
-            // Third derivatives reach 1/ρ², and jump where blending begins.
+            // Third derivatives reach 1/ρ², and are discontinuous where blending begins.
             assert!(
                 (found - expected).abs() < 1e-4 * (1.0 + expected.abs()),
                 "{index} at {x}: {found} {expected}"

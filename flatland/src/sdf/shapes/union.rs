@@ -138,7 +138,7 @@ impl<V: Space, A: Sdf<V>, B: Sdf<V>> Sdf<V> for SmoothUnion<A, B> {
         SecondOrder { jet: blend.jet(self.width), hessian }
     }
 
-    /// Where φ > 0, φ_a and φ_b are positive too.
+    /// The larger bound of the two shapes: where φ > 0, φ_a and φ_b are positive too.
     fn slope_bound(&self) -> f64 {
         self.a.slope_bound().max(self.b.slope_bound())
     }

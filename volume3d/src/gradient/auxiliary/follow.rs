@@ -11,7 +11,7 @@ use crate::scene::Surface;
 impl Auxiliary<'_> {
     /// The nearest of several points of a kernel around μ, which is sampled from the kernel around u: the
     /// nearest point occludes the others, and its edge is the visible one.
-    #[expect(clippy::too_many_arguments, reason = "a ray's origin and the kernel's place are told apart")]
+    #[expect(clippy::too_many_arguments, reason = "the ray's origin and the kernel's centre are independent")]
     pub(super) fn follow<D: Rigid>(
         &mut self,
         origin: DVec3,

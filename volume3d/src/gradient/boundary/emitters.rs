@@ -33,7 +33,7 @@ pub(super) struct Emitters<'a> {
     of: Of,
 }
 
-/// Which emitters' edges are sampled, and which emission is discontinuous there.
+/// Selection of emitters whose edges are sampled, and of the discontinuous emission.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Of {
     /// Edges of all emitters, and all emission.

@@ -48,7 +48,7 @@ const HIDDEN_IF_LONG: f64 = 0.25;
 /// weights, none of which is 0.
 const NEARLY: f64 = 1e-6;
 
-/// Which edges are sampled.
+/// Selection of the edges that are sampled.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Lines<'a> {
     /// Edges of moving shapes at which radiance may be discontinuous.

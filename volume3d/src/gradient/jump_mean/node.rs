@@ -223,8 +223,8 @@ impl Query {
         let limit = l.mul_add(wide, tangent, limit);
         let is_wide = l.less_equal(l.mul(narrow, tangent), l.mul(wide, radius));
         refused |= l.less_equal(limit, l.abs(height)) & !is_wide;
-        // Along the normal, up or down, the cone rises as it goes on: at the distance of a child it is above
-        // all of it. The last term is times the slope.
+        // The cone's height along the normal, on either side, grows with distance: a child is refused if at
+        // its distance the cone is above all of it. The last term is multiplied by the slope.
         let slope = dot(l, axis, normal);
         let up = l.abs(slope);
         let flat = l.max(l.mul_sub_from(slope, slope, l.splat(1.0)), zero);

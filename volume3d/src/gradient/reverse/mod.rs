@@ -54,7 +54,7 @@ struct LevelSetPoint<'t> {
     x: Vec3<Recorded<'t>>,
 }
 
-/// Which parameters are inputs.
+/// Selection of the parameters that are inputs.
 #[derive(Debug)]
 pub(crate) struct Inputs {
     pub(crate) rows: Rows,

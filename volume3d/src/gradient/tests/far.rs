@@ -109,7 +109,7 @@ fn a_scene_far_away_is_the_same_to_the_bit() {
     }
 }
 
-/// The same for a placed implicit surface and a point light.
+/// A scene with a placed implicit surface and a point light gives the same results far from the origin.
 #[test]
 fn an_implicit_surface_far_away_is_the_same() {
     let none = Progress::none();
@@ -175,9 +175,9 @@ fn terms_do_not_depend_on_where_the_scene_is() {
     }
 }
 
-/// The same where the internal origin cannot be near the scene, because another, tiny shape lies as far away
-/// on the other side: rays are offset from edges by the rounding of such coordinates. The random numbers
-/// differ from those of the scene without that shape.
+/// All terms equal those at the origin also where the internal origin cannot be near the scene, because
+/// another, tiny shape lies as far away on the other side: rays are offset from edges by the rounding of such
+/// coordinates. The random numbers differ from those of the scene without that shape.
 #[test]
 fn terms_do_not_depend_on_how_large_the_scene_is() {
     let offset = 1e8 * DVec3::new(0.9, -0.3, 0.4);

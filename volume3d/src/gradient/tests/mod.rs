@@ -190,7 +190,7 @@ fn errors_of_totals_are_the_scatter_over_seeds() {
         let naive = naive / scatter(&|i| i.regions.total.x);
         println!("{name}: stated variance over scatter {ratios:?}, from pixels {naive}; sees 30 %");
         assert!(ratios.iter().all(|r| (r - 1.0).abs() < 0.3), "{name}: {ratios:?}");
-        // The control.
+        // Control: the estimate from the errors of pixels is wrong.
         assert!(!differs || !(0.5..2.0).contains(&naive), "{name}: pixels would do: {naive}");
         let image = &images[0];
         let sum: f64 = image.gradient.pixels.iter().map(|g| g.x).sum();
@@ -202,7 +202,8 @@ fn errors_of_totals_are_the_scatter_over_seeds() {
     check("edge sampling", true, &edges);
 }
 
-/// The same for pixels whose noise comes from curve samples alone.
+/// Standard errors of pixels whose noise comes from curve samples alone equal the standard deviation over
+/// seeds.
 #[test]
 fn errors_of_curves_are_the_scatter_over_seeds() {
     let scene = square(Filter::Tent { radius: 1.0 });

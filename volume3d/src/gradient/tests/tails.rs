@@ -1,4 +1,5 @@
-//! Errors of what a pilot chooses fall as n^−½, where silhouettes that move differently meet, crowd, or run 10⁻⁶ apart.
+//! Test that errors of the pilot's candidates fall as n^−½ where silhouettes of different velocities cross,
+//! are dense, or run 10⁻⁶ apart.
 
 use flatland::random::{open01, stream};
 
@@ -7,7 +8,7 @@ use crate::gradient::{Field, Method, Pilot};
 
 const RUNS: u64 = 12;
 
-/// A ground that a camera looks down on, of so many pixels squared.
+/// A ground seen from above, on a film of `pixels`² pixels.
 fn ground(pixels: usize) -> (Description, usize) {
     let camera = Camera::look_at(DVec3::new(0.0, -0.5, 3.0), DVec3::ZERO, DVec3::Y, 0.6);
     let mut d = Description::new(camera, film(pixels, Filter::Tent { radius: 1.0 }));
@@ -22,7 +23,8 @@ fn lamp(d: &mut Description, size: f64) {
     d.add_emitter("lamp", lamp, DVec3::splat(1.0 / (size * size)));
 }
 
-/// A block above the ground, outside the picture, before a small lamp: penumbrae, in which its silhouettes pass those of the lamp.
+/// A block above the ground, outside the picture, in front of a small lamp: in the penumbra its silhouettes
+/// cross those of the lamp.
 fn penumbra() -> (Scene, Tangent) {
     let (mut d, paper) = ground(12);
     d.add_shape("block", Mesh::cube().transformed(&at(0.1, 0.05, 0.6, 0.25)), paper);
@@ -33,7 +35,7 @@ fn penumbra() -> (Scene, Tangent) {
     (scene, change)
 }
 
-/// Many leaves, each a shape that turns in its own way.
+/// Many leaves, each a shape with a rotation of its own.
 fn clutter() -> (Scene, Tangent) {
     let (mut d, paper) = ground(12);
     let mut random = stream(7, &[1]);
@@ -57,7 +59,7 @@ fn clutter() -> (Scene, Tangent) {
     (scene, change)
 }
 
-/// Two sheets whose edges run 10⁻⁶ apart and move against one another.
+/// Two sheets whose edges are 10⁻⁶ apart and move relative to each other.
 fn gap() -> (Scene, Tangent) {
     let (mut d, paper) = ground(12);
     let half =
@@ -72,7 +74,7 @@ fn gap() -> (Scene, Tangent) {
     (scene, change)
 }
 
-/// The method with so many times the samples.
+/// The method with `factor` times the samples.
 fn scaled(method: &Method, factor: usize) -> Method {
     match method.clone() {
         Method::WarpedArea(m) => {
@@ -83,7 +85,7 @@ fn scaled(method: &Method, factor: usize) -> Method {
             let bounces = factor * bounces;
             let field = Field::Softened { film, lobe, softness, silhouettes, shadows, bounces };
             let sign_changes = factor * m.sign_changes;
-            // Spread evenly: an allocation has numbers of its own.
+            // Without the pilot's allocation, which has sample counts of its own.
             let (samples, allocation) = (factor * m.samples, None);
             Method::WarpedArea(WarpedArea { samples, allocation, sign_changes, field, ..m })
         }
@@ -110,8 +112,8 @@ fn variance(method: &Method, scene: &Scene, change: &Tangent) -> f64 {
     sum / (RUNS - 1) as f64
 }
 
-/// Over four doublings the exponent of the error is −½, or steeper where samples are stratified. An exponent from so few runs has an error of
-/// about 0.02: of −0.47, which would be allowed, no more than this is seen.
+/// The exponent of the error over four doublings of the samples is −½, or steeper where samples are
+/// stratified. Its estimate from so few runs has an error of about 0.02; values below −0.45 pass.
 #[test]
 fn errors_fall_as_the_root_of_samples() {
     for (name, (scene, change)) in [("penumbra", penumbra()), ("clutter", clutter()), ("gap", gap())] {

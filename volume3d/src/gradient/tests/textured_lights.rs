@@ -1,4 +1,4 @@
-//! Lamps whose radiance is a texture: their light, and its derivatives, beside quadrature over lamp and film.
+//! Tests of textured emitters: their light and its derivatives, against quadrature over lamp and film.
 
 use std::f64::consts::{FRAC_1_PI, PI};
 
@@ -8,22 +8,22 @@ use super::*;
 use crate::geometry::Attribute;
 use crate::scene::{Texture, Wrap};
 
-/// Texels of the lamp, row by row from the top, in each of three channels.
+/// Texels of the lamp, row by row from the top, equal in the three channels.
 const TEXELS: [f64; 4] = [3.0, 0.5, 1.0, 0.3];
-/// What the sheet reflects.
+/// The sheet's reflectance.
 const REFLECTANCE: f64 = 0.8;
 const COLUMNS: usize = 4;
-/// The middle of the lamp.
+/// The lamp's centre.
 const CENTRE: DVec3 = DVec3::new(0.9, 0.4, 1.5);
 
-/// What is done to the lamp.
+/// A motion of the lamp as a function of the step.
 type Motion = fn(f64) -> DAffine3;
 
 fn sideways(step: f64) -> DAffine3 {
     DAffine3::from_translation(step * DVec3::new(1.0, 0.5, 0.3))
 }
 
-/// About its own normal.
+/// Rotation about the lamp's normal.
 fn turning(step: f64) -> DAffine3 {
     let centre = DAffine3::from_translation(CENTRE);
     centre * DAffine3::from_rotation_z(step) * centre.inverse()
@@ -35,7 +35,7 @@ fn lamp(seam: bool) -> Mesh {
     if !seam {
         return mesh;
     }
-    // The texture of the second triangle does not go on where that of the first ends.
+    // The texture is discontinuous between the two triangles.
     let values =
         [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.1, 0.9], [0.3, 0.7], [0.9, 0.8]].map(DVec2::from_array);
     mesh.with_uvs(Attribute { values: values.to_vec(), triangles: vec![[0, 1, 2], [3, 4, 5]] }).unwrap()
@@ -47,7 +47,7 @@ fn texture(texels: [f64; 4]) -> Texture {
     Texture { id, width: 2, height: 2, texels, wrap, to_uv: DAffine2::IDENTITY }
 }
 
-/// A sheet that fills the film below a lamp that is not seen, or the lamp alone, from before it.
+/// A sheet that fills the film below a lamp out of view; or the lamp alone, seen from the front.
 fn scene(seen: bool, seam: bool) -> Description {
     let camera = if seen {
         Camera::look_at(DVec3::new(0.9, 0.4, -1.0), DVec3::new(0.9, 0.4, 0.0), DVec3::Y, 0.9)
@@ -67,17 +67,17 @@ fn scene(seen: bool, seam: bool) -> Description {
     d
 }
 
-/// The texture at a point, in the test's own words.
+/// The texture at a point, implemented independently.
 fn looked_up(texels: [f64; 4], uv: DVec2) -> f64 {
     let [x, y] = [2.0 * uv.x - 0.5, 2.0 * (1.0 - uv.y) - 0.5].map(|x| x.clamp(0.0, 1.0));
     let [a, b, c, d] = texels;
     (a * (1.0 - x) + b * x) * (1.0 - y) + (c * (1.0 - x) + d * x) * y
 }
 
-/// Parts of the lamp's triangles along each side.
+/// Number of subdivisions of each side of the lamp's triangles.
 const PARTS: usize = 24;
 
-/// Σ f(y, n, L dA) over small parts of the lamp after some motion.
+/// Σ f(y, n, L dA) over small parts of the lamp after a motion.
 fn over_the_lamp(
     d: &Description,
     map: &DAffine3,
@@ -109,11 +109,11 @@ fn over_the_lamp(
     sum
 }
 
-/// Points of the film along each side.
+/// Number of points along each side of the film.
 const POINTS: usize = 16;
 
-/// Pixels, weighted so that it matters where on the film the lamp is seen: by their columns. With tents that is, within the
-/// film, ½ and the place on it.
+/// The pixels weighted by column where the lamp is in view, so that its position on the film matters. Under a
+/// tent filter the sum over the film is the mean of ½ + x, with x the film coordinate.
 fn weighted(d: &Description, image: Image) -> Vec<DVec3> {
     let weight = |i: usize| if d.shapes.len() == 1 { 1.0 + (i % COLUMNS) as f64 } else { 1.0 };
     image.pixels.iter().enumerate().map(|(i, pixel)| *pixel * weight(i)).collect()
@@ -137,7 +137,7 @@ fn expected(d: &Description, map: &DAffine3, texels: [f64; 4]) -> f64 {
     for k in 0..POINTS * POINTS {
         let side = |k: usize| ((k as f64 + 0.5) / POINTS as f64 - 0.5) * COLUMNS as f64 / focal;
         let way = forward + side(k % POINTS) * right + side(k / POINTS) * up;
-        // The sheet is at z = 0, and its normal is z.
+        // The sheet is at z = 0 with normal z.
         let x = origin - way * (origin.z / way.z);
         sum += over_the_lamp(d, map, texels, |y, n, light| {
             let (to, squared) = ((y - x).normalize(), x.distance_squared(y));
@@ -152,7 +152,7 @@ fn rate(d: &Description, motion: Motion, texels: [f64; 4]) -> f64 {
     (expected(d, &motion(STEP), texels) - expected(d, &motion(-STEP), texels)) / (2.0 * STEP)
 }
 
-/// How the lamp's vertices move.
+/// Velocities of the lamp's vertices.
 fn change(scene: &Scene, motion: Motion) -> Tangent {
     const STEP: f64 = 1e-4;
     let mut change = Tangent::still(scene);
@@ -163,7 +163,7 @@ fn change(scene: &Scene, motion: Motion) -> Tangent {
     change
 }
 
-/// Quadrature is within this part of what it is for twice as many points.
+/// Relative difference between the quadrature and one with twice as many points.
 const QUADRATURE: f64 = 4e-3;
 
 #[test]
@@ -188,12 +188,13 @@ fn textured_lamps_and_their_motion_are_as_quadrature_has_them() {
             found,
             (expected(&d, &DAffine3::IDENTITY, mean), 0.0),
         );
-        // A turn changes little of what the sheet receives.
+        // A rotation hardly changes the light that the sheet receives.
         let motions = [(sideways as Motion, "moves"), (turning, "turns")];
         for (motion, verb) in motions.into_iter().take(if seen { 2 } else { 1 }) {
             let change = change(&scene, motion);
             let exact = rate(&d, motion, TEXELS);
-            // A turn changes less: it is compared with what a lamp of this size and speed does.
+            // The effect of a rotation is smaller: it is compared with the effect of a translation of this
+            // lamp.
             let scale = exact.abs().max(rate(&d, sideways, TEXELS).abs());
             let warped = total(|seed| {
                 let method = WarpedArea { samples, seed, ..WarpedArea::default() };
@@ -227,7 +228,7 @@ fn textured_lamps_and_their_motion_are_as_quadrature_has_them() {
     comparisons.finish();
 }
 
-/// An edge moves between the sheet and a lamp whose texture is torn: the shadow of a texture.
+/// An edge moves between the sheet and a lamp with a discontinuous texture: the shadow of a texture.
 #[test]
 fn shadows_of_textured_lamps_move() {
     let mut comparisons = Comparisons::of("shadows_of_textured_lamps_move");
@@ -262,7 +263,8 @@ fn shadows_of_textured_lamps_move() {
     comparisons.finish();
 }
 
-/// Texels and vertices of the lamp have the same derivatives forward and in reverse, and an image is linear in texels.
+/// Derivatives by the lamp's texels and vertices are equal forward and in reverse, and an image is linear in
+/// the texels.
 #[test]
 fn texels_of_lamps_have_derivatives() {
     let none = Progress::none();

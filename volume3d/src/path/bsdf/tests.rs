@@ -1,4 +1,4 @@
-//! Reflection as a whole: sampling, energy, reciprocity.
+//! Tests of whole BSDFs: sampling, energy, reciprocity.
 
 use flatland::calculus::Dual;
 use flatland::random::{open01, stream};
@@ -9,7 +9,7 @@ use super::*;
 use crate::optics::Coating;
 use crate::scene::{Dielectric, Principled, PrincipledThin, Reflectance, Roughness, Scattering, Value};
 
-/// Reflection models, those that light passes last.
+/// Reflection models; those that transmit light come last.
 fn bsdfs() -> Vec<Bsdf> {
     let white = || Reflectance::Constant(DVec3::ONE);
     let rough = |distribution, stretch| Bsdf::RoughConductor {
@@ -80,7 +80,7 @@ fn bsdfs() -> Vec<Bsdf> {
 
 const ALPHA: f64 = 0.3;
 
-/// About its root: the roughness of principled models with this α.
+/// The roughness of principled models that corresponds to α, about √α.
 const ROOT: f64 = 0.55;
 
 fn dielectric(facets: Option<Roughness>) -> Bsdf {
@@ -93,10 +93,10 @@ fn dielectric(facets: Option<Roughness>) -> Bsdf {
     })
 }
 
-/// Across the normal.
+/// A direction perpendicular to the normal.
 const ALONG: DVec3 = DVec3::new(0.48, 0.8, -0.36);
 
-/// Those of a principled model, with a roughness of its own.
+/// The parameters of a principled model, with the given roughness.
 fn numbers<T: Number>(bsdf: &Bsdf, roughness: T) -> Option<Box<Numbers<T>>> {
     let constant = |value: Value| T::constant(value.constant().expect("a constant"));
     Some(Box::new(match bsdf {
@@ -106,7 +106,7 @@ fn numbers<T: Number>(bsdf: &Bsdf, roughness: T) -> Option<Box<Numbers<T>>> {
     }))
 }
 
-/// A point whose viewer is before or behind a surface with normal (0.6, 0, 0.8).
+/// A shading point whose viewer is in front of or behind a surface with normal (0.6, 0, 0.8).
 fn shading<'s>(bsdf: &'s Bsdf, coating: &'s Option<Coating>, viewer: DVec3) -> Shading<'s, f64> {
     let normal = DVec3::new(0.6, 0.0, 0.8);
     let behind = normal.dot(viewer) < 0.0;
@@ -171,7 +171,7 @@ fn mixtures_are_sampled_by_their_density() {
     }
 }
 
-/// A direction of the unit sphere.
+/// A random direction, uniform on the unit sphere.
 fn uniform(rng: &mut flatland::random::Stream) -> DVec3 {
     let z = 2.0 * open01(rng) - 1.0;
     let (sin, cos) = (TAU * open01(rng)).sin_cos();
@@ -206,13 +206,14 @@ fn sampling_agrees_with_its_density_and_with_the_albedo() {
             }
             for i in 0..2 {
                 let (a, b) = (uniformly[i] / f64::from(n), sampled[i] / f64::from(n));
-                // Refracted lobes are narrow: uniform directions find their integral with a standard error of 1 %.
+                // Refracted lobes are narrow: uniform directions estimate their integral with a standard
+                // error of 1 %.
                 let tolerance = if bsdf.transmits() { 0.05 } else { 0.02 };
                 let scale = a.abs().max(b.abs());
                 assert!((a - b).abs() < tolerance * scale, "{bsdf:?} {viewer} {i}: {a} {b}");
             }
-            // Radiance is compressed in a denser medium, and so what arrives of it may be more than 1 from within. The principled
-            // models add sheen and a coat to a white base, and keep no balance.
+            // Radiance is scaled by η² in a denser medium, so that the integral may exceed 1 from within.
+            // Principled models add sheen and a coat to a white base, and do not conserve energy.
             let most = if shading.behind { 1.5 * 1.5 } else { 1.005 };
             let balanced = !matches!(bsdf, Bsdf::Principled(_) | Bsdf::PrincipledThin(_));
             let albedo = sampled[0] / f64::from(n);
@@ -242,7 +243,7 @@ fn reflection_is_reciprocal() {
     }
 }
 
-/// f(v, ω) η² = f(ω, v) across a boundary: a thermodynamic equilibrium has radiance in proportion to η².
+/// f(v, ω) η² = f(ω, v) across a boundary: in thermodynamic equilibrium radiance is proportional to η².
 #[test]
 fn refraction_is_reciprocal_but_for_the_compression_of_radiance() {
     let mut rng = stream(4, &[]);
@@ -266,7 +267,8 @@ fn refraction_is_reciprocal_but_for_the_compression_of_radiance() {
     assert!(found > 20, "facets refract one direction into another");
 }
 
-/// The parts of an ideal boundary are all of the light, and refracted directions obey Snell's law from both sides.
+/// Reflectance and transmittance of an ideal boundary add up to 1, and refracted directions obey Snell's law
+/// from both sides.
 #[test]
 fn smooth_boundaries_lose_nothing() {
     let bsdf = dielectric(None);
@@ -296,10 +298,10 @@ fn smooth_boundaries_lose_nothing() {
     }
 }
 
-/// Derivatives by the roughness and by the colour are those of differences, the coating's among them.
+/// Derivatives by the roughness and the colour agree with differences, those of the coating included.
 #[test]
 fn derivatives_by_parameters_are_those_of_differences() {
-    // As wide as the coating's own: see there.
+    // The same step as in the coating's own test; see there.
     let (viewer, h) = (DVec3::new(0.0, 0.6, 0.8), 5e-3);
     for bsdf in &bsdfs() {
         let Some(alpha) = bsdf.roughness() else { continue };

@@ -1,5 +1,5 @@
-//! What is drawn has the density that is stated, maps are where the format has them, and their light is
-//! drawn evenly.
+//! Tests of environment maps: sampling density, the layout of the file format, and the variance of the
+//! sampled light.
 
 use flatland::calculus::Vec3;
 use flatland::random::{open01, stream};
@@ -50,7 +50,7 @@ fn radiance(scene: &Scene, direction: DVec3) -> f64 {
     distant(scene, &Plain { scene }, LightId::Environment, Vec3::constant(direction)).value().x
 }
 
-/// Column i at u = (i + ½)/w, row j at v = j/(h − 1), and halfway between columns around the back.
+/// Column i at u = (i + ½)/w, row j at v = j/(h − 1), and the midpoints between columns, across the seam too.
 #[test]
 fn texels_are_where_the_format_has_them() {
     for (width, texels) in maps() {
@@ -61,7 +61,7 @@ fn texels_are_where_the_format_has_them() {
                 let rows = (height - 1).max(1) as f64;
                 radiance(&scene, direction((i as f64 + 0.5 + along) / width as f64, (j as f64 + down) / rows))
             };
-            // A little within the poles, where all columns meet.
+            // Slightly off the poles, where all columns meet.
             let down = if j == 0 {
                 1e-9
             } else if j + 1 == height {
@@ -76,9 +76,8 @@ fn texels_are_where_the_format_has_them() {
     }
 }
 
-/// The density of a direction is the one it is drawn with, its integral is 1, and means over what is drawn
-/// are integrals: of functions that are constant, rise along each axis, or are bright where the map is
-/// dark.
+/// The density of a direction equals the one it was sampled with, its integral is 1, and means over samples
+/// are integrals of the map's radiance times 1 and times each coordinate.
 #[test]
 fn directions_have_the_stated_density() {
     const SAMPLES: usize = 40_000;
@@ -98,7 +97,7 @@ fn directions_have_the_stated_density() {
                 squares[k] += (f / density).powi(2);
             }
         }
-        // Midpoints of a grid that has every patch's borders among its own.
+        // Midpoints of a grid that contains the borders of all patches.
         let (rows, columns) = (1680, 768);
         let (mut whole, mut exact) = (0.0, [0.0; 4]);
         for (i, j) in (0..rows).flat_map(|j| (0..columns).map(move |i| (i, j))) {
@@ -123,9 +122,9 @@ fn directions_have_the_stated_density() {
     }
 }
 
-/// All that light scatters is what the even part costs: one sample of a map's whole light has a variance of
-/// a few hundredths of its square. A density that is constant around texels has one of 3 for a sun of one
-/// texel.
+/// The variance is due to the uniform part of the density alone: one sample of a map's total radiance has a
+/// variance of a few hundredths of its square. A density that is constant around texels has a variance of 3
+/// for a sun of one texel.
 #[test]
 fn the_light_of_a_map_is_drawn_evenly() {
     for (case, (width, texels)) in maps().into_iter().enumerate().filter(|(case, _)| *case < 6) {
@@ -141,7 +140,7 @@ fn the_light_of_a_map_is_drawn_evenly() {
         }
         let variance = squares * f64::from(n) / (sum * sum) - 1.0;
         println!("{case}: {variance}");
-        // Of large patches the cosine of the angle is not the angle.
+        // On large patches the cosine of the angle is not linear in the angle.
         assert!(variance < if width < 4 { 0.3 } else { 0.08 }, "{case}: {variance}");
     }
 }

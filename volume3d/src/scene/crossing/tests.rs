@@ -20,7 +20,7 @@ fn scene(meshes: Vec<Mesh>) -> Scene {
     Scene::new(d).unwrap()
 }
 
-/// Triangles of sizes over three orders of magnitude.
+/// Triangles whose sizes span three orders of magnitude.
 fn soup(rng: &mut Stream, count: usize, scale: f64) -> Mesh {
     let mut positions = vec![];
     for _ in 0..count {
@@ -48,7 +48,7 @@ fn the_query_finds_what_comparing_all_pairs_finds() {
     }
 }
 
-/// A point that moves with the velocity of a crossing stays in both planes.
+/// A point that moves with the velocity of an intersection stays in both planes.
 #[test]
 fn velocities_keep_points_in_both_planes() {
     let mut rng = stream(42, &[]);
@@ -68,7 +68,7 @@ fn velocities_keep_points_in_both_planes() {
             };
             let [a, b, c] = scene.corners(t);
             let size = (b - a).cross(c - a).length() / (b - a).length().max((c - a).length());
-            // Small triangles turn far in a step.
+            // Small triangles rotate far in one step.
             if size > 1e-2 && velocity.length() < 1e2 {
                 let rate = (height(1.0) - height(-1.0)) / (2.0 * step);
                 assert!(rate.abs() < 1e-6, "{rate} {velocity}");
@@ -100,7 +100,7 @@ fn scattering_is_the_transpose_and_a_common_motion_is_its_own() {
     }
 }
 
-/// Faces of one plane that is turned seem to cross by rounding, wherever they touch.
+/// Faces in one rotated plane seem to intersect by rounding wherever they touch.
 #[test]
 fn a_turned_grid_does_not_cross_itself() {
     let n = 12;
@@ -135,7 +135,7 @@ fn surfaces_that_cover_one_another_are_named_and_told_when_they_part() {
     assert!(scene.parted_shapes(&together).is_empty());
 }
 
-/// A box that was turned and put on a floor that was turned is in contact with it to rounding, and says so when it parts.
+/// A rotated box on a rotated floor is in contact with it to rounding, and is reported when it separates.
 #[test]
 fn contact_is_known_to_the_rounding_of_transforms() {
     let turned = |axis: DVec3, degrees: f64, by: DVec3, size: f64| {
@@ -157,8 +157,9 @@ fn contact_is_known_to_the_rounding_of_transforms() {
     }
 }
 
-/// A slab on a table of which one side is flush with the slab's: it slides along that side, and not across it. A place that
-/// is no binary fraction, and a turn, leave both together to rounding.
+/// A slab on a table, with one side flush with the table's: sliding along that side is no separation, sliding
+/// across it is. A position that is no binary fraction, and a rotation, leave both sides together to
+/// rounding.
 #[test]
 fn flush_sides_are_told_when_they_part_and_not_when_they_slide() {
     let turn = DAffine3::from_quat(DQuat::from_scaled_axis(DVec3::new(0.3, -1.1, 0.7)));
@@ -169,7 +170,7 @@ fn flush_sides_are_told_when_they_part_and_not_when_they_slide() {
     for turn in [DAffine3::IDENTITY, turn] {
         let scene = scene(vec![
             block(DVec3::new(1.0, 0.1, 0.5), DVec3::new(0.0, 0.1, 0.0), turn),
-            // Its bottom at 0.2 and its front at 0.5, but for rounding.
+            // Its bottom is at 0.2 and its front at 0.5, up to rounding.
             block(DVec3::new(0.3, 0.05, 0.1), DVec3::new(0.2, 0.25, 0.4), turn),
             Mesh::cube().transformed(&DAffine3::from_translation(9.0 * DVec3::X)),
         ]);
@@ -198,7 +199,7 @@ fn meshes_with_no_edges_upon_one_another_have_none() {
     assert!(scene.coinciding_edges().is_empty());
 }
 
-/// A surface that goes on below another passes through it in the edge that lies in it.
+/// A surface that continues below another intersects it along the edge in its plane.
 #[test]
 fn a_surface_passes_through_along_its_own_edge() {
     let row = |y: f64, z: f64| [-0.5, 0.5].map(|x| DVec3::new(x, y, z));
@@ -215,8 +216,7 @@ fn a_surface_passes_through_along_its_own_edge() {
     assert_eq!(count(1.0), 0, "it only touches");
 }
 
-/// A box of n × n squares a side: corners of integers stay where they are, so that faces have theirs in
-/// common.
+/// A box of n × n squares per side: corners have integer coordinates and are exact, so that faces share them.
 fn squares(n: u32) -> Mesh {
     let (mut positions, mut triangles) = (vec![], vec![]);
     for face in 0..6 {
@@ -248,7 +248,7 @@ fn prism(outline: &[[f64; 2]], parts: &[[usize; 3]]) -> Mesh {
 }
 
 /// Triangles of closed meshes touch in corners and edges, also where corners of one lie exactly in the plane
-/// of the other by chance.
+/// of another by chance.
 #[test]
 fn closed_meshes_that_are_turned_do_not_pass_through_themselves() {
     let bent = [[0.0, 0.0], [1.0, 0.0], [1.0, 0.4], [0.4, 0.4], [0.4, 1.0], [0.0, 1.0]];
@@ -264,7 +264,7 @@ fn closed_meshes_that_are_turned_do_not_pass_through_themselves() {
         let trials = if mesh.triangles().len() > 500 { 4 } else { 150 };
         for trial in 0..trials {
             let scale = DVec3::from_array(std::array::from_fn(|_| 0.1 + open01(&mut rng)));
-            // As people write them: whole degrees about one axis, and any turn.
+            // Typical user input: whole degrees about one axis; and any rotation.
             let (turn, scale) = match trial % 2 {
                 0 => {
                     let turn = DQuat::from_rotation_y((5.0 * f64::from(trial)).to_radians());
@@ -282,7 +282,7 @@ fn closed_meshes_that_are_turned_do_not_pass_through_themselves() {
     }
 }
 
-/// What stands on a face on an edge slides over it, and leaves it as it is lifted; not if the face goes
+/// An object standing with an edge on a face slides over it, and separates when lifted; not if the face moves
 /// along.
 #[test]
 fn edges_upon_faces_are_told_when_they_leave_them() {

@@ -29,7 +29,7 @@ fn given(mesh: Mesh) -> Mesh {
     mesh.with_normals(Normals::Given(Attribute { values, triangles })).unwrap()
 }
 
-/// Sheets that pass through one another: flat-shaded, smooth and with given normals.
+/// Intersecting sheets: flat-shaded, smooth and with given normals.
 fn description() -> Description {
     let camera = Camera::look_at(DVec3::new(0.0, 0.0, 9.0), DVec3::ZERO, DVec3::Y, 0.7);
     let film = Film { width: 1, height: 1, crop: None, filter: Filter::Box };
@@ -45,7 +45,7 @@ fn description() -> Description {
     d
 }
 
-/// That a scene is what its description would give, and rays hit the same.
+/// Asserts that a scene equals a new one from its description, and that rays hit the same.
 fn assert_up_to_date(scene: &Scene, rng: &mut Stream) {
     let new = Scene::new(scene.description().clone()).unwrap();
     assert_eq!(scene.positions, new.positions);
@@ -82,18 +82,18 @@ fn moved_vertices_make_the_scene_that_would_be_built_anew() {
         scene.set_meshes(moved).unwrap();
         assert_up_to_date(&scene, &mut rng);
     }
-    // Beyond the camera, which is moved after it.
+    // Beyond the camera, which is moved later.
     let far = DAffine3::from_translation(DVec3::splat(1e6));
     scene.set_meshes([(0, scene.description().shapes[0].mesh.clone().transformed(&far))]).unwrap();
     assert_up_to_date(&scene, &mut stream(61, &[9]));
     let camera = Camera { origin: DVec3::splat(1e7), ..scene.description().camera.clone() };
     scene.set_camera(camera).unwrap();
     assert_up_to_date(&scene, &mut stream(61, &[10]));
-    // Crossings were looked for in between, and again after vertices had moved.
+    // Intersections were computed in between, and again after vertices had moved.
     assert!(!scene.crossings().all().is_empty());
 }
 
-/// The origin of the scene's own coordinates follows its surfaces, and stays while they hardly move.
+/// The origin of the scene's internal coordinates follows its surfaces, and stays while they hardly move.
 #[test]
 fn scenes_that_move_far_away_are_as_if_built_anew() {
     let mut scene = Scene::new(description()).unwrap();
@@ -143,7 +143,7 @@ fn a_material_that_gains_a_texture_shades_edges_anew() {
     let plain = creases(&scene);
     let mut white = scene.description().materials[0].clone();
     white.bsdf = crate::scene::Bsdf::Diffuse { reflectance: Reflectance::Texture(0) };
-    // The shape with given normals has texture coordinates as well.
+    // The shape with given normals also has texture coordinates.
     scene.set_material(0, white).unwrap();
     assert_ne!(creases(&scene), plain);
     assert_up_to_date(&scene, &mut stream(64, &[]));

@@ -8,7 +8,7 @@ fn vector(rng: &mut Stream) -> DVec3 {
     DVec3::from_array([(); 3].map(|()| 4.0 * open01(rng) - 2.0))
 }
 
-/// A shape that is a distance: everywhere |∇φ| = 1.
+/// Checks that a shape is a distance: |∇φ| = 1 everywhere.
 fn check_distance<S: Parametric<DVec3> + std::fmt::Debug + PartialEq>(name: &str, shape: &S) {
     let mut rng = stream(2, &[]);
     for _ in 0..400 {
@@ -18,7 +18,7 @@ fn check_distance<S: Parametric<DVec3> + std::fmt::Debug + PartialEq>(name: &str
     check_derivatives(name, shape);
 }
 
-/// Every derivative against central differences, and every transpose.
+/// Checks all derivatives against central differences, and all transposes.
 fn check_derivatives<S: Parametric<DVec3> + std::fmt::Debug + PartialEq>(name: &str, shape: &S) {
     let theta = shape.parameters();
     assert_eq!(theta.len(), shape.parameter_count());
@@ -38,7 +38,8 @@ fn check_derivatives<S: Parametric<DVec3> + std::fmt::Debug + PartialEq>(name: &
         assert!(
             (reverse - covector.dot(rate)).abs() < 1e-13 * (1.0 + reverse.abs() + rate.gradient.length())
         );
-        // Second derivatives jump between faces and edges, and on medial axes: not where differences straddle that.
+        // Second derivatives are discontinuous between faces and edges, and on medial axes: points whose
+        // differences straddle these are skipped.
         let near = [v, -v].map(|v| shape.second_order(x + 3.0 * h * v).hessian);
         if near.iter().any(|&other| (0..3).any(|k| (other.col(k) - hessian.col(k)).length() > 1e-2)) {
             continue;
@@ -119,7 +120,8 @@ fn knots_have_the_derivatives_of_their_distances() {
     check_distance("cinquefoil", &Knot::new(DVec3::ZERO, (5, 2), (1.0, 0.5), 0.05).expect("a knot"));
 }
 
-/// Against the nearest of many points of the curve, whose distance is too large by less than (step |γ′|)²/(8 distance).
+/// Comparison with the nearest of many points on the curve, whose distance is too large by less than (step
+/// |γ′|)²/(8 distance).
 #[test]
 fn the_nearest_point_of_a_knot_is_the_nearest_of_all() {
     for (p, q, minor) in [(2, 3, 0.4), (3, 2, 0.6), (1, 1, 0.001), (7, 4, 0.3)] {
@@ -149,12 +151,12 @@ fn the_nearest_point_of_a_knot_is_the_nearest_of_all() {
     }
 }
 
-/// Of a curve that hardly wobbles it is 1/κ, between strands half their distance.
+/// The reach of an almost circular curve is 1/κ; with several strands, half their distance.
 #[test]
 fn knots_are_thinner_than_their_reach() {
     let knot = |windings, minor, tube| Knot::new(DVec3::ZERO, windings, (1.0, minor), tube);
     assert!(knot((1, 1), 0.001, 0.99).is_ok() && knot((1, 1), 0.001, 1.01).is_err());
-    // Two strands opposite of each other on a thin torus, 2a apart.
+    // Two opposite strands on a thin torus, 2a apart.
     assert!(knot((2, 1), 0.05, 0.049).is_ok() && knot((2, 1), 0.05, 0.0501).is_err());
     assert!(matches!(
         knot((2, 3), 0.4, 0.4),
@@ -175,7 +177,8 @@ fn knots_are_thinner_than_their_reach() {
     assert!(matches!(trefoil().with_parameters(&[0.0; 5]), Err(ShapeError::Count { expected: 6, found: 5 })));
 }
 
-/// No point outside is within the level, and on every face one is near it; but for knots, which do not fill the torus they lie on.
+/// No point outside the box is within the level, and every face has one near it; except for knots, which do
+/// not fill their torus.
 #[test]
 fn boxes_have_everything_within() {
     let centre = DVec3::new(0.1, -0.2, 0.3);

@@ -5,7 +5,7 @@ use super::{MeshDistanceError, MeshDistances, from_mesh};
 use crate::geometry::Mesh;
 use crate::sdf::{Grid, Interpolation};
 
-/// A sphere of radius 1, as a cube whose sides are cut into squares and blown up.
+/// A sphere of radius 1: a cube with its sides cut into squares, projected.
 fn sphere(cuts: u32) -> Mesh {
     let (mut positions, mut triangles) = (vec![], vec![]);
     for side in 0..6 {
@@ -28,7 +28,7 @@ fn sphere(cuts: u32) -> Mesh {
     Mesh::new(positions, triangles).unwrap()
 }
 
-/// The mesh with its triangles kept, turned or left out.
+/// The mesh with its triangles kept, reversed or removed.
 fn changed(mesh: &Mesh, change: impl Fn(usize, [u32; 3], &mut Stream) -> Option<[u32; 3]>) -> Mesh {
     let mut random = stream(7, &[]);
     let triangles = mesh.triangles().iter().enumerate();
@@ -40,7 +40,7 @@ fn convert(mesh: &Mesh, cells: usize) -> MeshDistances {
     from_mesh(mesh, Interpolation::Cubic, cells, 0.1).unwrap()
 }
 
-/// Nodes farther than half a cell from the surface whose sign is another.
+/// Number of nodes farther than half a cell from the surface with the wrong sign.
 fn wrong_signs(found: &Grid, truth: &Grid) -> usize {
     assert_eq!(found.size(), truth.size());
     let far = 0.5 * truth.spacing().x;
@@ -48,7 +48,7 @@ fn wrong_signs(found: &Grid, truth: &Grid) -> usize {
     pairs.filter(|(a, b)| b.abs() > far && (**a < 0.0) != (**b < 0.0)).count()
 }
 
-/// The sphere's facets lie within 1 − cos of their angle below it.
+/// The facets lie below the sphere by at most 1 − cos of their angle.
 #[test]
 fn distances_to_a_ball_are_exact() {
     let sagitta = 1e-3;
@@ -86,7 +86,8 @@ fn signs_survive_holes_and_turned_triangles() {
     );
     let wrong = wrong_signs(&turned.grid, &truth);
     assert!(wrong < 100, "{wrong} of 35,937");
-    // A sixth of the sphere is gone: a lid is put on it, and is called doubtful.
+    // A sixth of the sphere is missing: the hole is closed by a lid, and nodes near it are reported as
+    // doubtful.
     let open = convert(&changed(&whole, |i, t, _| (i >= 24 * 24 * 2).then_some(t)), 32);
     assert!(open.doubtful > 100, "{}", open.doubtful);
     let centre = open.grid.nodes()[open.grid.nodes().len() / 2];
@@ -115,14 +116,14 @@ fn what_has_no_inside_is_refused() {
     assert!(text.contains("every node is positive") && text.contains("encloses no node"), "{text}");
 }
 
-/// A cube of side 1 whose corner is at a place.
+/// A cube of side 1 with its corner at `place`.
 fn cube_at(place: DVec3) -> Mesh {
     let positions = Mesh::cube().positions().iter().map(|p| place + 0.5 * (*p + 1.0)).collect();
     Mesh::new(positions, Mesh::cube().triangles().to_vec()).unwrap()
 }
 
-/// As a file has it, in single precision: far from the origin its box would move by as much as a cell if it
-/// were rounded after the distances were taken, which is the control.
+/// Files in single precision. Control: far from the origin the box would move by up to a cell if it were
+/// rounded after the distances were computed.
 #[test]
 fn far_from_the_origin_a_file_has_the_distances_of_its_nodes() {
     let folder = tempfile::tempdir().unwrap();
@@ -150,7 +151,7 @@ fn far_from_the_origin_a_file_has_the_distances_of_its_nodes() {
     assert!(error.contains("too far from the origin for cells so small"), "{error}");
 }
 
-/// A plate of unit side between the walls of a cube, and what of the whole area is lost with it.
+/// A plate of unit side between the walls of a cube, and the fraction of the total area lost with it.
 #[test]
 fn thin_parts_are_lost_with_word() {
     let with_plate = |thickness: f64| {
@@ -164,7 +165,8 @@ fn thin_parts_are_lost_with_word() {
         triangles.extend(Mesh::cube().triangles().iter().map(|t| t.map(|i| i + first)));
         convert(&Mesh::new(positions, triangles).unwrap(), 64).lost
     };
-    // 3 long with margins of 0.3: cells of 0.056. The plate has 2 of 8 parts of the area and its thin sides.
+    // 3 long with margins of 0.3: cells of 0.056. The plate has 2 of 8 parts of the area, besides its thin
+    // sides.
     let thin = with_plate(1e-4);
     assert!((thin - 0.25).abs() < 1e-3, "{thin}");
     assert_eq!(with_plate(0.2), 0.0);

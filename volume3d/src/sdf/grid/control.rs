@@ -15,7 +15,7 @@ const WIDTH: usize = 4;
 /// Number of coefficients of a cell.
 const COUNT: usize = WIDTH * WIDTH * WIDTH;
 
-/// From the B-spline coefficients of an interval to the Bézier coefficients of the cubic.
+/// Conversion of the B-spline coefficients of an interval to the Bézier coefficients of the cubic.
 const VALUES: [[f64; WIDTH]; WIDTH] = [
     [1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0, 0.0],
     [0.0, 4.0 / 6.0, 2.0 / 6.0, 0.0],
@@ -23,7 +23,8 @@ const VALUES: [[f64; WIDTH]; WIDTH] = [
     [0.0, 1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0],
 ];
 
-/// The same conversion for the derivative in units of a spacing, raised to degree 3.
+/// Conversion of the B-spline coefficients to the Bézier coefficients of the derivative, in units of a
+/// spacing, raised to degree 3.
 const SLOPES: [[f64; WIDTH]; WIDTH] = [
     [-0.5, 0.0, 0.5, 0.0],
     [-1.0 / 6.0, -4.0 / 6.0, 5.0 / 6.0, 0.0],

@@ -7,7 +7,7 @@ use super::{Interpolation, control, place};
 /// Bounds on |∇φ|.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SlopeBounds {
-    /// Where φ > 0.
+    /// Bound where φ > 0.
     pub(super) outside: f64,
     /// Including the inside.
     pub(super) everywhere: f64,

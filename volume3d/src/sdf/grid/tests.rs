@@ -11,7 +11,7 @@ fn vector(random: &mut Stream, reach: f64) -> DVec3 {
     DVec3::from_array([(); 3].map(|()| reach * (2.0 * open01(random) - 1.0)))
 }
 
-/// Nodes at random, with cells that are no cubes.
+/// A grid of random nodes with cells that are not cubes.
 fn rough(interpolation: Interpolation) -> Grid {
     let (size, mut random) = ([5, 6, 7], stream(1, &[]));
     let nodes = (0..210).map(|_| open01(&mut random) - 0.5).collect();
@@ -24,7 +24,7 @@ fn ball(interpolation: Interpolation, cells: usize) -> Grid {
     Grid::sampled(interpolation, corners, cells, |x| (x - 0.03).length() - 0.6).unwrap()
 }
 
-/// Points inside and, some of them, beyond the border.
+/// Points inside and some beyond the border.
 #[test]
 fn derivatives_are_those_of_the_value() {
     let h = 1e-5;
@@ -35,7 +35,7 @@ fn derivatives_are_those_of_the_value() {
         for _ in 0..400 {
             let (x, v) = (vector(&mut random, reach), vector(&mut random, 1.0));
             let local = (x - grid.low()) / grid.spacing();
-            // A trilinear gradient jumps at nodes, a cubic Hessian has kinks there.
+            // A trilinear gradient is discontinuous at nodes, and a cubic Hessian has kinks there.
             if (local - local.round()).abs().min_element() < 1e-3 {
                 continue;
             }
@@ -88,7 +88,8 @@ fn the_parameter_gradient_is_the_transpose_of_the_rate() {
     }
 }
 
-/// Wherever φ > 0; of rough nodes, which come close to it, and of distances, for which it is not much above 1.
+/// The bound on |∇φ| where φ > 0, for random nodes, which come close to it, and for distances, where it is
+/// little above 1.
 #[test]
 fn no_slope_exceeds_the_bound() {
     for interpolation in BOTH {
@@ -133,14 +134,15 @@ fn subdivision_is_the_same_function() {
     }
 }
 
-/// Of rough nodes, and of distances; wherever φ > 0. A trilinear grid has no bound.
+/// The bound on second derivatives where φ > 0, for random nodes and for distances. A trilinear grid has no
+/// bound.
 #[test]
 fn no_second_derivative_exceeds_the_bound() {
     assert_eq!(rough(Interpolation::Trilinear).second_derivative_bound(), f64::INFINITY);
     for (grid, reached) in [(rough(Interpolation::Cubic), 0.2), (ball(Interpolation::Cubic, 32), 0.2)] {
         let (mut random, mut most) = (stream(5, &[]), 0.0_f64);
         for _ in 0..100_000 {
-            // Beyond the border of what is closed φ is another function.
+            // Beyond the border of a closed grid φ is another function.
             let there = grid.second_order(vector(&mut random, 1.0));
             if there.jet.value > 0.0 {
                 let s = vector(&mut random, 1.0).normalize();
@@ -152,7 +154,7 @@ fn no_second_derivative_exceeds_the_bound() {
     }
 }
 
-/// The spline reproduces what is linear, and smooths what is curved: by h²/6 times the Laplacian.
+/// The spline reproduces linear functions, and smooths curved ones: it adds h²/6 times the Laplacian.
 #[test]
 fn a_ball_is_found_where_it_is() {
     let on_surface = DVec3::splat(0.03) + 0.6 * DVec3::new(2.0, -3.0, 6.0) / 7.0;
@@ -163,7 +165,8 @@ fn a_ball_is_found_where_it_is() {
     assert!((cubic - smoothed).abs() < 0.05 * smoothed, "{cubic} {smoothed}");
 }
 
-/// Of a ball, without the h²/6 times the Laplacian, and with an error of a higher order.
+/// Prefiltered, a ball's spline lacks the error of h²/6 times the Laplacian, and the remaining error is of
+/// higher order.
 #[test]
 fn prefiltered_splines_pass_close_to_their_samples() {
     let on_surface = DVec3::splat(0.03) + 0.6 * DVec3::new(2.0, -3.0, 6.0) / 7.0;
@@ -188,8 +191,8 @@ fn prefiltered_splines_pass_close_to_their_samples() {
     assert_eq!(trilinear.clone().prefiltered(), Ok(trilinear));
 }
 
-/// Beyond the border φ is what it is on the border, joined by the distance from there: no more than the distance of the
-/// surface.
+/// Beyond the border φ combines its value on the border and the distance from the border, and does not exceed
+/// the distance from the surface.
 #[test]
 fn beyond_the_border_phi_grows() {
     for (interpolation, margin) in [(Interpolation::Trilinear, 0.0), (Interpolation::Cubic, 1.0)] {
@@ -245,7 +248,8 @@ fn bad_grids_are_refused() {
     assert!(grid.with_parameters(&good[1..]).is_err() && grid.with_parameters(&with(0, 1.0)).is_err());
 }
 
-/// What is closed stays as it is, however near its border it comes, and of what is open only nodes of the border that are inside.
+/// Closing does not change a closed grid, however near its surface comes to the border; in an open grid it
+/// changes only nodes of the border that are inside.
 #[test]
 fn closing_changes_no_more_than_it_must() {
     for interpolation in BOTH {
@@ -265,7 +269,7 @@ fn closing_changes_no_more_than_it_must() {
             assert!(before == after || (is_border && *before <= 0.0 && *after > 0.0), "{index}");
         }
     }
-    // Thin grids have hardly anything but a border.
+    // Thin grids consist almost only of border.
     let corners = (DVec3::new(-1.0, -1.0, -0.15), DVec3::new(1.0, 1.0, 0.15));
     let thin = Grid::sampled(Interpolation::Trilinear, corners, 20, |x| {
         (x / DVec3::new(1.0, 1.0, 0.15)).length() - 0.6
@@ -274,7 +278,7 @@ fn closing_changes_no_more_than_it_must() {
     assert_eq!(thin.clone().closed(), Ok(thin));
 }
 
-/// Up to where surfaces reach the border, or a level does.
+/// The box is that of the nodes unless the surface, or the level, reaches the border.
 #[test]
 fn the_box_is_that_of_the_nodes_if_the_border_is_outside() {
     for interpolation in BOTH {
@@ -292,8 +296,8 @@ fn the_box_is_that_of_the_nodes_if_the_border_is_outside() {
     }
 }
 
-/// The distance from two points has a ridge between them, which runs across the axes: differences of nodes say up to √2 more
-/// than what slopes are. No slope is above the bound, which is that of a cell next to it.
+/// The distance from two points has a ridge between them that is oblique to the axes: node differences
+/// overestimate slopes there by up to √2. No slope exceeds the bound, which is that of a neighbouring cell.
 #[test]
 fn ridges_hardly_count_in_slope_bounds() {
     let (a, b) = (DVec3::new(0.5, 0.4, 0.45), DVec3::new(-0.5, -0.4, -0.45));

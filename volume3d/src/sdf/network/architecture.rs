@@ -13,7 +13,7 @@ const MAX_FREQUENCIES: usize = 32;
 /// Largest numbers of hidden layers, and of neurons per layer.
 const MAX_SIZES: [usize; 2] = [64, 4096];
 
-/// Sizes of a network, and what is not learnt.
+/// Sizes and fixed hyperparameters of a network.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Architecture {
     /// Number of hidden layers, 1 to 64: 4 suffice for a smooth object; IDR has 8.

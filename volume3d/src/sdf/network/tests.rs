@@ -14,7 +14,7 @@ pub(super) fn architectures() -> [Architecture; 3] {
     ]
 }
 
-/// A sphere whose every weight is moved, those of the encoding less the faster they turn.
+/// A sphere with all weights perturbed, those of the encoding less at higher frequencies.
 pub(super) fn network(architecture: Architecture, seed: u64) -> Network {
     let sphere = Network::sphere(architecture, 0.5, seed).expect("a network");
     let mut rng = stream(seed, &[1]);
@@ -40,7 +40,8 @@ fn moved(network: &Network, direction: &[f64], h: f64) -> Network {
     network.with_parameters(&moved).expect("finite")
 }
 
-/// h = 10⁻⁶ leaves a truncation of h² times third derivatives, which reach β² times slopes of about 10, and rounding near 10⁻⁹.
+/// h = 10⁻⁶ leaves a truncation error of h² times third derivatives, which reach β² times slopes of about 10,
+/// and rounding errors near 10⁻⁹.
 #[test]
 fn derivatives_are_those_of_the_value() {
     let h = 1e-6;
@@ -88,8 +89,9 @@ fn rate_and_parameter_gradient_are_transposes() {
     }
 }
 
-/// A layer of n neurons keeps a length to about √(5/4n), of 4 layers of 64 that makes 0.28, and the mean over the last one adds to it;
-/// 0.33 were found. Of 100 seeds that is known to 7 %, and the limit is five such errors above; that of the mean is three.
+/// A layer of n neurons changes a length by about √(5/4n) (standard deviation); 4 layers of 64 make 0.28, and
+/// the mean over the last one adds to it: 0.33 was measured. With 100 seeds the estimate of the deviation has
+/// an error of 7 %, and its limit is five such errors above; the limit of the mean is three.
 #[test]
 fn begins_as_a_sphere() {
     for frequencies in [0, 6] {

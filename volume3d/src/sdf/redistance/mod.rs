@@ -25,7 +25,7 @@ pub enum RedistanceError {
     Grid(#[from] GridError),
 }
 
-/// Which mean slope becomes 1.
+/// Choice of the mean slope that becomes 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Slopes {
     /// The mean of |∇φ| over the whole surface, at the points nearest to the nodes near it. The surface is

@@ -25,19 +25,20 @@ fn bunny(cells: usize) -> Grid {
     from_mesh(&mesh, Interpolation::Cubic, cells, 0.1).unwrap().grid
 }
 
-/// The grid with each node times a factor that depends on its place.
+/// The grid with every node multiplied by a factor that depends on its position.
 fn times(grid: &Grid, factor: impl Fn(DVec3, f64) -> f64) -> Grid {
     let nodes = grid.nodes().iter().enumerate();
     let nodes = nodes.map(|(index, &value)| value * factor(grid.position(index), value)).collect();
     Grid::new(grid.interpolation(), grid.low(), grid.spacing(), grid.size(), nodes).unwrap()
 }
 
-/// Slopes from 1 to 3, with waves of 0.73 of a box of side 2.
+/// Slopes from 1 to 3, varying with a wavelength of 0.73 in a box of side 2.
 fn distorted(grid: &Grid) -> Grid {
     times(grid, |x, _| 2.0 + (7.0 * x.x + 5.0 * x.y).sin())
 }
 
-/// How far φ and |∇φ| are from 0, in cells, and 1 at given points: the largest and the root of the mean square, and that of slopes.
+/// Deviation of φ from 0, in cells, and of |∇φ| from 1 at given points: maximum and root mean square of φ,
+/// and root mean square of the slopes.
 fn off(grid: &Grid, points: &[DVec3]) -> (f64, f64, f64) {
     let (mut most, mut square, mut slopes) = (0.0_f64, 0.0, 0.0);
     for &x in points {
@@ -60,7 +61,7 @@ fn same_signs(a: &Grid, b: &Grid) -> bool {
     a.nodes().iter().zip(b.nodes()).all(|(a, b)| (*a > 0.0) == (*b > 0.0))
 }
 
-/// The figures that the documentation states.
+/// Prints errors and times over repeated redistancing.
 #[test]
 #[ignore = "takes minutes"]
 fn measure() {
@@ -110,13 +111,13 @@ fn the_surface_stays_however_often_distances_are_made() {
         let (most, ..) = off(&new, &points);
         assert!(most < 1e-11, "{name}: {most} after 31 times");
         assert!(new.slope_bound() < 1.01 * slope_bound, "{name}: {slope_bound}, then {}", new.slope_bound());
-        // No surface is where none was.
+        // No new surface appears.
         let (most, ..) = off(&grid, &surface(&new));
         assert!(most < 1e-10, "{name}: {most}");
     }
 }
 
-/// Of smooth distances, whose mean slope is 1 everywhere.
+/// The surface hardly moves for smooth distances, whose mean slope is 1 everywhere.
 #[test]
 fn local_slopes_hardly_move_what_is_a_distance() {
     for (name, grid, most) in [("ball", ball(Interpolation::Cubic, 32), 1e-6), ("knot", knot(48), 1e-3)] {
@@ -145,11 +146,12 @@ fn slopes_return_to_one() {
         new = redistance(&new, Slopes::Local).unwrap();
     }
     let (most, _, after) = off(&new, &points);
-    // Waves of 18 cells, which the lattice of 8 resolves for the most part.
+    // Variations over 18 cells, which the lattice with spacing 8 mostly resolves.
     assert!(most < 0.01 && before > 1.0 && after < 0.2, "{most} {before} {after}");
 }
 
-/// Values away from the surface are forgotten. The error of the upwind scheme is about one cell, a little more in more cells.
+/// Values away from the surface are discarded. The error of the upwind scheme is about one cell, slightly
+/// more on larger grids.
 #[test]
 fn distances_far_away_have_errors_of_a_cell() {
     for interpolation in [Interpolation::Trilinear, Interpolation::Cubic] {
@@ -158,7 +160,7 @@ fn distances_far_away_have_errors_of_a_cell() {
             let h = grid.spacing().x;
             let spoilt = times(&grid, |x, value| if value.abs() > 7.0 * h { 1.5 + x.x } else { 1.0 });
             let new = redistance(&spoilt, Slopes::Overall).unwrap();
-            // The largest one is at the centre, or in a corner.
+            // The largest value is at the centre, or in a corner.
             let errors = new.nodes().iter().zip(grid.nodes()).map(|(a, b)| (a - b).abs());
             let most = errors.fold(0.0, f64::max);
             assert!(most < 1.2 * h, "{cells}: {most}");
@@ -220,7 +222,7 @@ fn what_has_no_surface_is_refused() {
     )
     .unwrap();
     for grid in [huge, tiny] {
-        // Slopes or their squares are beyond what numbers can be: refused, or finite.
+        // Slopes or their squares overflow: the result is an error, or finite.
         assert!(
             redistance(&grid, Slopes::Local).map_or(true, |new| new.nodes().iter().all(|v| v.is_finite()))
         );

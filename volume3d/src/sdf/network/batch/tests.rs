@@ -9,7 +9,7 @@ use super::super::{Architecture, Network};
 use super::SingleNetwork;
 use super::softplus::Softplus;
 
-/// As many points as fill groups, and some that do not fill a block.
+/// `count` random points: some full groups and an incomplete block.
 fn points(count: usize) -> Vec<DVec3> {
     let mut rng = stream(1, &[]);
     (0..count).map(|_| point(&mut rng)).collect()
@@ -37,8 +37,8 @@ fn norm(x: &[f64]) -> f64 {
     x.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
-/// Rounding of single precision is 6·10⁻⁸; slopes feel that of z, about 1, times β; sums of hundreds of terms add theirs. The limit
-/// on φ is of |φ| + 1, on gradients of their lengths.
+/// Rounding of single precision is 6·10⁻⁸. Slopes have the rounding error of z, about 1, times β, and sums of
+/// hundreds of terms add theirs. The limit for φ is relative to |φ| + 1, that for gradients to their lengths.
 #[test]
 fn agrees_with_double_precision() {
     let count = 2 * SingleNetwork::GROUP + 31;
@@ -68,7 +68,7 @@ fn agrees_with_double_precision() {
     }
 }
 
-/// c φ + q·∇φ moves along δθ by the forward mode of the network itself as by the gradient.
+/// The derivative of c φ + q·∇φ along δθ is the same by the network's forward mode and by the gradient.
 #[test]
 fn gradient_is_the_transpose_of_the_rate() {
     let count = SingleNetwork::GROUP + 5;
@@ -180,7 +180,7 @@ impl WithSimd for Each<'_> {
     }
 }
 
-/// The errors that the functions state, and the limits of both sides.
+/// The errors stated in the docs of the functions, and the limits on both sides.
 #[test]
 fn softplus_is_accurate() {
     for sharpness in [1.0_f32, 100.0] {
