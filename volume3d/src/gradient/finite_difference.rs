@@ -1,4 +1,5 @@
-//! Central differences with common random numbers: (I(θ + h) − I(θ − h))/2h.
+//! Central differences with common random numbers: (I(θ + h) − I(θ − h))/2h. At a bound of a parameter's range they are
+//! one-sided: (I(θ + h) − I(θ))/h or (I(θ) − I(θ − h))/h.
 
 use glam::DVec3;
 
@@ -14,13 +15,16 @@ use super::unsupported::supports_field_of_view;
 
 use super::DIFFERENCE_PATH;
 use crate::path::{Kernels, Paths, Sequence};
-use crate::scene::Scene;
+use crate::scene::{Scene, SceneError};
 
 /// Central finite differences.
 ///
 /// The error has a part ~ h² that samples do not cure, and a standard error ~ (h n)^−½ wherever jumps move: a sample
 /// sees a jump move with probability ~ h, and then contributes ~ 1/h. It differentiates everything, mirrors and
 /// point lights too. Both sides have the same random numbers, and those are independent of [`render`](super::render)'s.
+///
+/// Where one side is out of a parameter's range, as that of a radiance of 0, it stays at θ, and the error is ~ h:
+/// [`GradientImage::one_sided`] says so.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FiniteDifference {
     /// Samples a pixel, each traced twice.
@@ -29,6 +33,24 @@ pub struct FiniteDifference {
     pub step: f64,
     /// The seed of everything random.
     pub seed: u64,
+}
+
+/// Why a difference has one side only.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OneSided {
+    /// Whether that is θ + h, and not θ − h.
+    pub ahead: bool,
+    /// What is wrong with the scene on the other side.
+    pub outside: SceneError,
+}
+
+/// The scenes of a difference.
+struct Sides {
+    /// That of the greater θ first.
+    scenes: [Scene; 2],
+    /// By how much θ differs.
+    apart: f64,
+    one_sided: Option<OneSided>,
 }
 
 impl Default for FiniteDifference {
@@ -41,7 +63,7 @@ impl FiniteDifference {
     /// The derivative of every pixel along a change. The image that comes with it is the mean of both sides.
     ///
     /// # Errors
-    /// [`GradientError`]: a step that is not positive, or that leads out of a parameter's range.
+    /// [`GradientError`]: a step that is not positive, or that leads out of a parameter's range on both sides.
     pub fn forward(
         &self,
         scene: &Scene,
@@ -58,16 +80,37 @@ impl FiniteDifference {
         if !(self.step > 0.0 && self.step.is_finite()) {
             return Err(GradientError::Step { step: self.step });
         }
-        let sides = [change.displaced(scene, self.step)?, change.displaced(scene, -self.step)?];
+        let Sides { scenes: sides, apart, one_sided } = self.sides(scene, change)?;
         let paths = [&sides[0], &sides[1]].map(|scene| Paths::new(scene, Kernels::default()));
         let films = [&sides[0], &sides[1]].map(FilmPlane::new);
         let film = FilmPlane::new(scene);
-        let cell = |(): &mut (), place, sink: CellSink<'_, 6>| self.cell(&paths, &films, place, sink);
+        let cell =
+            |(): &mut (), place, sink: CellSink<'_, 6>| self.cell(&paths, (&films, apart), place, sink);
         let counted = (self.samples, UnitWeights::of_shared_numbers(&film, self.samples));
         let sums: FilmSums<6> = over_film(&film, counted, progress, || (), cell)?;
         let mut image = finish::<1, 6>(&film, sums, self.samples);
         sides.iter().for_each(|side| image.traces += side.trace_counts());
+        image.one_sided = one_sided;
         Ok(image)
+    }
+
+    fn sides(&self, scene: &Scene, change: &Tangent) -> Result<Sides, GradientError> {
+        let [ahead, behind] = [self.step, -self.step].map(|step| change.displaced(scene, step));
+        let one_sided = |ahead, outside| Some(OneSided { ahead, outside });
+        Ok(match (ahead, behind) {
+            (Ok(ahead), Ok(behind)) => {
+                Sides { scenes: [ahead, behind], apart: 2.0 * self.step, one_sided: None }
+            }
+            (Ok(ahead), Err(outside)) => {
+                let scenes = [ahead, change.displaced(scene, 0.0)?];
+                Sides { scenes, apart: self.step, one_sided: one_sided(true, outside) }
+            }
+            (Err(outside), Ok(behind)) => {
+                let scenes = [change.displaced(scene, 0.0)?, behind];
+                Sides { scenes, apart: self.step, one_sided: one_sided(false, outside) }
+            }
+            (Err(outside), Err(_)) => return Err(outside.into()),
+        })
     }
 
     /// The random numbers of a sample, which no other cell has: where cells share them, an edge that is
@@ -81,7 +124,7 @@ impl FiniteDifference {
     fn cell(
         &self,
         paths: &[Paths<'_>; 2],
-        films: &[FilmPlane; 2],
+        (films, apart): (&[FilmPlane; 2], f64),
         (i, j): (usize, usize),
         mut sink: CellSink<'_, 6>,
     ) {
@@ -102,8 +145,7 @@ impl FiniteDifference {
                 let hit = paths.scene.closest(origin, direction, None);
                 paths.still_radiance(origin, direction, hit, 1, &mut numbers)
             });
-            let (mean, difference): (DVec3, DVec3) =
-                (0.5 * (plus + minus), (plus - minus) / (2.0 * self.step));
+            let (mean, difference): (DVec3, DVec3) = (0.5 * (plus + minus), (plus - minus) / apart);
             if !difference.is_finite() {
                 sink.non_finite.push(film.located(i, j, sample));
                 continue;

@@ -95,7 +95,7 @@ pub use contribution::{Contribution, Source};
 pub use edge_sampling::EdgeSampling;
 pub use error::GradientError;
 pub(crate) use film::FilmPlane;
-pub use finite_difference::FiniteDifference;
+pub use finite_difference::{FiniteDifference, OneSided};
 pub use implicit::ImplicitTangent;
 pub use implicit_field::ImplicitField;
 pub use non_finite::NonFinite;

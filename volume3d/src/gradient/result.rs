@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::Tangent;
 use super::contribution::Contribution;
+use super::finite_difference::OneSided;
 use super::non_finite::NonFinite;
 use super::regions::Regions;
 use super::unsupported::Unsupported;
@@ -105,6 +106,8 @@ pub struct GradientImage {
     pub lost_rays: Option<Image>,
     /// The jumps whose motion is left out, as [`EdgeSampling::allow_missing`](super::EdgeSampling) allows.
     pub left_out: Vec<Unsupported>,
+    /// Why finite differences were taken on one side only, if they were: their error is ~ h then, not ~ h².
+    pub one_sided: Option<OneSided>,
     /// The sample that contributes most to the gradient; nothing if there are none.
     pub largest: Option<Contribution>,
 }
