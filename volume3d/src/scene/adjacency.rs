@@ -54,7 +54,7 @@ pub(super) enum Coordinates {
 impl Coordinates {
     /// What a material needs them for.
     pub(super) fn of(material: &Material) -> Self {
-        if material.bsdf.is_anisotropic() {
+        if material.is_anisotropic() {
             Self::Axes
         } else if material.textures().next().is_some() {
             Self::Places

@@ -38,9 +38,9 @@ pub struct Material {
     pub opacity: Option<Reflectance>,
     /// What tilts the normal, if anything does.
     pub relief: Option<Relief>,
-    /// A texture by whose luminance the roughness α is multiplied, by its index in the scene; α is at least 10⁻⁴ all the same. Rough
-    /// conductors and dielectrics may have one.
-    pub roughness_texture: Option<usize>,
+    /// Textures by whose luminance the roughness α is multiplied, along u and across it, by their indices in the scene; α is at
+    /// least 10⁻⁴ all the same. Rough conductors and dielectrics may have some.
+    pub roughness_textures: [Option<usize>; 2],
     /// Another material that it is mixed with, if it is.
     pub blend: Option<Blend>,
     /// The material of its back, by its index in the scene, if that is another one. It must stand before this one.
@@ -61,8 +61,8 @@ impl Material {
     /// A model alone, on both sides or on one.
     #[must_use]
     pub fn new(id: &str, bsdf: Bsdf, two_sided: bool) -> Self {
-        let (opacity, relief, roughness_texture, blend, back) = (None, None, None, None, None);
-        Self { id: id.to_owned(), bsdf, two_sided, opacity, relief, roughness_texture, blend, back }
+        let (opacity, relief, roughness_textures, blend, back) = (None, None, [None; 2], None, None);
+        Self { id: id.to_owned(), bsdf, two_sided, opacity, relief, roughness_textures, blend, back }
     }
 
     /// A Lambertian surface, both sides alike.
@@ -89,7 +89,13 @@ impl Material {
             Value::Constant(_) => None,
         });
         let colours = [of(self.bsdf.reflectance()), self.opacity.as_ref().and_then(of), relief, weight];
-        colours.into_iter().chain(values).chain([self.roughness_texture]).flatten()
+        colours.into_iter().chain(values).chain(self.roughness_textures).flatten()
+    }
+
+    /// Whether it reflects in another way along u, the first texture coordinate, than across it.
+    pub(crate) fn is_anisotropic(&self) -> bool {
+        let [along, across] = self.roughness_textures;
+        along != across || self.bsdf.is_anisotropic()
     }
 
     /// The materials that this one refers to, by their index in the scene.

@@ -15,7 +15,7 @@ pub struct Principled<V = Value> {
     pub anisotropic: V,
     /// How much of it is metal.
     pub metallic: V,
-    /// The index of refraction over that of the outside, above 0 and not 1.
+    /// The index of refraction over that of the outside, above 0, and not 1 if light passes.
     pub eta: f64,
     /// How much of the dielectric's reflection has the base's hue.
     pub spec_tint: V,
@@ -43,7 +43,7 @@ pub struct PrincipledThin<V = Value> {
     pub roughness: V,
     /// As of [`Principled`].
     pub anisotropic: V,
-    /// The index of refraction, above 0 and not 1.
+    /// The index of refraction, above 0.
     pub eta: f64,
     /// How much of what facets reflect has the base's hue.
     pub spec_tint: V,

@@ -32,7 +32,13 @@
 //! - An `instance` is a copy with vertices of its own of every shape in its `shapegroup`, called by its own name and theirs.
 //! - Spectra and named metals become linear RGB where they are read, by the CIE observer of 1931: under D65 unless they are
 //!   of an emitter. `blackbody` is read too, which Mitsuba's RGB variants refuse.
-//! - `<rotate>` is a rotation whatever the length of its axis; Mitsuba's is none unless that is 1.
+//! - `<rotate>` is a rotation whatever the length of its axis; Mitsuba's is none unless that is 1. A note says so in every run.
+//! - Corners of triangles without texture coordinates, in an OBJ or PLY file of which others have some, are at (0, 0), and those
+//!   without normals have their triangle's; in Mitsuba both are undefined. A note says so in every run.
+//! - The list `texcoord` of PLY faces, which Mitsuba refuses, is the texture coordinates of their corners.
+//! - Facets of α = 0 are the smooth material, as `conductor` is of `roughconductor`; Mitsuba's have an α of 10⁻⁴. Rough
+//!   materials whose `int_ior` is their `ext_ior`, which Mitsuba refuses, have no boundary: light passes in a straight line,
+//!   or the base of plastic is there alone.
 //! - `direct` renders all direct light however many `emitter_samples` and `bsdf_samples` there are, as one
 //!   of each does. Mitsuba 3.9 has the same image of lights with an extent, adds up point lights once for
 //!   each of several `emitter_samples`, and leaves them out without any.
@@ -89,6 +95,7 @@
 //!
 //! [`Light::Directional`]: crate::scene::Light::Directional
 
+mod alpha;
 mod animation;
 mod attribute;
 mod beam;
@@ -121,6 +128,7 @@ mod sensor;
 mod shape;
 mod spectrum;
 mod steps;
+mod substitute;
 mod support;
 mod texture;
 mod transform;
@@ -156,8 +164,9 @@ pub struct ReadOptions {
     /// axis to which the scene's `fov` refers.
     pub size: Option<(usize, usize)>,
     /// Whether what is not supported is replaced or left out, with a [`Note`] each, in the place of an error: a material by a
-    /// grey diffuse one or by its diffuse part, an integrator by `path`, a sensor by `perspective`. The image is then another
-    /// one. What is wrong and not only unsupported is left out too.
+    /// grey diffuse one or by its diffuse part, metal by metal and glass by glass with what can be read of them, an integrator
+    /// by `path`, a sensor by `perspective`. The image is then another one. What is wrong and not only unsupported is left out
+    /// too.
     pub is_lenient: bool,
 }
 

@@ -5,6 +5,7 @@ use glam::{DAffine2, DVec2, DVec3};
 use super::element::Element;
 use super::object::Object;
 use super::reader::Reader;
+use super::spectrum::{self, Meaning};
 use super::{steps, support, transform};
 use crate::Image;
 use crate::io::Error;
@@ -19,6 +20,11 @@ impl<'a> Reader<'a> {
     pub(super) fn texture(&mut self, element: &'a Element) -> Result<usize, Error> {
         if let Some(&index) = self.texture_of.get(&std::ptr::from_ref(element)) {
             return Ok(index);
+        }
+        if element.tag == "spectrum" {
+            let pixels = vec![spectrum::colour(element, Meaning::Reflectance)?.rgb];
+            let image = Image { width: 1, height: 1, pixels };
+            return Ok(self.add_texture(element, image, Wrap::Repeat, DAffine2::IDENTITY));
         }
         let object = Object::new(element, &self.ids)?;
         if object.plugin == "mesh_attribute" {

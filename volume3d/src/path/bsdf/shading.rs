@@ -16,7 +16,10 @@ pub(crate) struct Shading<'s, T> {
     pub(crate) normal: Vec3<T>,
     pub(crate) viewer: Vec3<T>,
     pub(crate) reflectance: Rgb<T>,
+    /// Of facets, α along u.
     pub(crate) roughness: T,
+    /// α across u, of facets that are not the same in all directions.
+    pub(crate) across: T,
     /// The numbers of a principled model at the point.
     pub(crate) numbers: Option<Box<Numbers<T>>>,
     /// A unit vector across the normal, along which facets are what they are along u, if that is not what they are
