@@ -91,7 +91,7 @@ impl<'a> Reader<'a> {
             let what = format!("a textured {name} of {}", object.plugin);
             return Err(element.unsupported(what, "give a number; Mitsuba takes no texture there either"));
         }
-        let index = self.texture(element)?;
+        let index = self.number_texture(element)?;
         self.check_texels(element, index, 1.0)?;
         Ok(Some(Given::Texture(index)))
     }

@@ -119,7 +119,7 @@ impl<'a> Reader<'a> {
         let weight = match object.parameter("weight") {
             None => return Err(object.missing("weight")),
             Some(element) if element.tag == "texture" => {
-                let index = self.texture(element)?;
+                let index = self.number_texture(element)?;
                 self.check_texels(element, index, 1.0)?;
                 Value::Texture(index)
             }
@@ -215,7 +215,7 @@ impl<'a> Reader<'a> {
             }
             return Err(element.bad_value(name, &colour.to_string(), "numbers between 0 and 1"));
         }
-        let index = self.texture(element)?;
+        let index = if name == "opacity" { self.number_texture(element)? } else { self.texture(element)? };
         self.check_texels(element, index, 1.0)?;
         Ok(Reflectance::Texture(index))
     }

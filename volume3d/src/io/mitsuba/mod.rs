@@ -16,15 +16,14 @@
 //!
 //! `default`, `$name`, `include`, `path`, `alias`, `ref` and all transforms are understood. Files are looked for in the folders
 //! of `<path>`, the last first, then beside the main file, then beside the file that names them. Files of versions before 2
-//! are upgraded as Mitsuba does it: names in camelCase, `uscale` and the like.
+//! are upgraded as Mitsuba does it: names in camelCase, `uscale` and the like. A checkerboard that gives numbers, as of `roughness`
+//! or `opacity`, has them in each other's places, as in Mitsuba 3.9.
 //!
 //! # Deviations from Mitsuba
 //! - Spheres, disks and cylinders are meshes, within a [thousandth](crate::geometry::TOLERANCE) of their radius, with the
 //!   normals of what they are meshes of. Derivatives are those of the meshes.
 //! - Steps within a texture, of a `checkerboard` or with `filter_type` `nearest`, are narrow ramps: a step moves with its
 //!   surface, and derivatives would miss its motion. A checkerboard's are 1/128 of its period wide.
-//! - A checkerboard has its colours in the same places whether a colour or a number is asked for. Mitsuba 3.9 swaps the two
-//!   where it is a number, as of `roughness` or `opacity`.
 //! - `bsplinecurve` and `linearcurve` are meshes, within a thousandth of the largest radius; their control points are moved by
 //!   `to_world`, and their radii are not. Of a curve of lines, what a cone hides of the spheres beside it is left out, and other
 //!   hidden parts are there. What looks into an open end sees the inside, which Mitsuba leaves out. A scene whose curves have

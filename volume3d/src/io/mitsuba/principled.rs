@@ -76,14 +76,8 @@ impl<'a> Reader<'a> {
         let Some(element) = object.parameter(name).filter(|element| element.tag == "texture") else {
             return Ok(value_in(object, name, most)?.unwrap_or(default).into());
         };
-        let index = self.texture(element)?;
+        let index = self.number_texture(element)?;
         self.check_texels(element, index, most)?;
-        if element.attribute("type") == Some("checkerboard") {
-            self.journal.note(
-                element,
-                "color0 and color1 are where they would be of a colour; Mitsuba 3.9 swaps them",
-            );
-        }
         Ok(Value::Texture(index))
     }
 }

@@ -24,7 +24,8 @@ pub(super) struct Reader<'a> {
     /// How many vertices the curves have so far.
     pub(super) curve_vertices: usize,
     pub(super) textures: Vec<Texture>,
-    pub(super) texture_of: HashMap<*const Element, usize>,
+    /// Textures by their element, and by whether they give numbers.
+    pub(super) texture_of: HashMap<(*const Element, bool), usize>,
     pub(super) materials: Vec<Material>,
     pub(super) material_of: HashMap<*const Element, usize>,
     /// Materials of shapes without a bsdf, by whether the shape emits.

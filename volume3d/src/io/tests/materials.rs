@@ -143,6 +143,26 @@ fn roughnesses_may_be_textures() {
     for (material, texture) in scene.materials.iter().zip([0, 1]) {
         assert_eq!((material.roughness_textures, material.bsdf.roughness()), ([Some(texture); 2], Some(1.0)));
     }
+    // As numbers, the two of a checkerboard are in each other's places.
+    let colours = |material: &str| with(material).unwrap().textures[0].texels[0].x;
+    let board = |name: &str| alpha.replace("'alpha'", &format!("'{name}'"));
+    assert_eq!(colours(&format!("<bsdf type='diffuse'>{}</bsdf>", board("reflectance"))), 0.0);
+    for (plugin, name, inner) in [
+        ("roughconductor", "alpha", ""),
+        ("principled", "metallic", ""),
+        ("mask", "opacity", "<bsdf type='diffuse'/>"),
+        ("blendbsdf", "weight", "<bsdf type='diffuse'/><bsdf type='diffuse'/>"),
+    ] {
+        let body = format!("<bsdf type='{plugin}'>{}{inner}</bsdf>", board(name));
+        assert_eq!(colours(&body), 0.2, "{plugin}");
+    }
+    // One board that gives both is two textures.
+    let both = format!(
+        "{}<bsdf type='principled'><ref name='base_color' id='t'/><ref name='roughness' id='t'/></bsdf>",
+        alpha.replace("name='alpha'", "id='t'")
+    );
+    let firsts: Vec<f64> = with(&both).unwrap().textures.iter().map(|t| t.texels[0].x).collect();
+    assert_eq!(firsts, [0.0, 0.2]);
     // Along u and across it: two textures, one and a number, a number and one.
     let (u, v) = (alpha.replace("'alpha'", "'alpha_u'"), alpha.replace("'alpha'", "'alpha_v'"));
     let number = |axis: char| format!("<float name='alpha_{axis}' value='.3'/>");

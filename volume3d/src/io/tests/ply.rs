@@ -291,7 +291,7 @@ fn texture_coordinates_of_faces() {
     let soup = parse("FT", "3 0 1 2 0\n3 0 2 3 0\n").unwrap();
     assert_eq!(soup.uvs.unwrap().values, [DVec2::splat(7.0); 5]);
     let error = message(parse("FT", "3 0 1 2 4 0 0 1 0\n3 0 2 3 0\n"));
-    let expected = "m.ply:19: the list texcoord has 4 numbers for a face of 3 corners; give two for each corner, or none";
+    let expected = "m.ply:18: the list texcoord has 4 numbers for a face of 3 corners; give two for each corner, or none";
     assert_eq!(error, expected);
 }
 

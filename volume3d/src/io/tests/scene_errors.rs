@@ -59,7 +59,7 @@ fn documents() {
 text
     dir/s.xml:1:1: unexpected text "text" between elements; remove it
 <volume type='gridvolume'/>
-    <volume> is not supported inside the scene; supported: <integrator>, <sensor>, <sampler>, <film>, <medium>, <phase>, <texture>, <bsdf>, <shape>, <emitter>
+    <volume> is not supported inside the scene; supported: <integrator>, <sensor>, <sampler>, <film>, <medium>, <phase>, <spectrum>, <texture>, <bsdf>, <shape>, <emitter>
 <float name='a' value='1'/>
     the scene has no parameter "a" here; supported: none
 <float value='1'/>
@@ -175,7 +175,7 @@ fn colours() {
 <spectrum name='reflectance' value='400:0, 1'/>
     value="1": expected wavelength:value
 <spectrum name='reflectance' type='sun'/>
-    spectrum "sun" is not supported; supported: uniform, d65, srgb, blackbody, regular, irregular
+    spectrum "sun" is not supported; supported: uniform, d65, srgb, rawconstant, blackbody, regular, irregular
 <spectrum name='reflectance' filename='a.spd'/>
     cannot read dir/a.spd: entity not found
 <blackbody name='reflectance' temperature='-5'/>
