@@ -149,7 +149,7 @@ def main():
           integrator=deeper)
     write("roughconductor_smooth", sphere(rough % ("ggx", '<float name="alpha" value="0"/>')))
     write("principled_no_boundary", sphere('<bsdf type="principled"><rgb name="base_color" value="0.7 0.4 0.2"/><float name="roughness" value="0.4"/>'
-                                           '<float name="metallic" value="0.3"/><float name="eta" value="1"/></bsdf>'))
+                                           '<float name="clearcoat" value="0.5"/><float name="eta" value="1"/></bsdf>'))
     write("constant_textures", sphere('<bsdf type="principled"><texture type="srgb" name="base_color"><rgb name="color" value="0.7 0.4 0.2"/></texture>'
                                       '<texture type="rawconstant" name="roughness"><float name="value" value="0.4"/></texture></bsdf>'))
     # Mirrors.

@@ -1,5 +1,5 @@
-//! Central differences with common random numbers: (I(θ + h) − I(θ − h))/2h. At a bound of a parameter's range they are
-//! one-sided: (I(θ + h) − I(θ))/h or (I(θ) − I(θ − h))/h.
+//! Central differences with common random numbers: (I(θ + h) − I(θ − h))/2h. At a bound of a parameter's
+//! range they are one-sided: (I(θ + h) − I(θ))/h or (I(θ) − I(θ − h))/h.
 
 use glam::DVec3;
 
@@ -23,8 +23,8 @@ use crate::scene::{Scene, SceneError};
 /// sees a jump move with probability ~ h, and then contributes ~ 1/h. It differentiates everything, mirrors and
 /// point lights too. Both sides have the same random numbers, and those are independent of [`render`](super::render)'s.
 ///
-/// Where one side is out of a parameter's range, as that of a radiance of 0, it stays at θ, and the error is ~ h:
-/// [`GradientImage::one_sided`] says so.
+/// Where one side is out of a parameter's range, as that of a radiance of 0, it stays at θ, and the error is
+/// ~ h: [`GradientImage::one_sided`] says so.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FiniteDifference {
     /// Samples a pixel, each traced twice.

@@ -14,7 +14,8 @@ pub(super) struct Soup {
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) normals: Option<Attribute<DVec3>>,
     pub(super) uvs: Option<Attribute<DVec2>>,
-    /// The texture coordinate, (0, 0), of corners that the file gives none: what is done to all of the others is not done to it.
+    /// The texture coordinate, (0, 0), of corners that the file gives none: what is done to all of the others
+    /// is not done to it.
     pub(super) absent: Option<u32>,
     /// What a user should know of how the file was read.
     pub(super) notes: Vec<String>,
@@ -44,8 +45,8 @@ impl Soup {
         }
     }
 
-    /// Texture coordinates by triangles of which some corners are [`NONE`]: those are (0, 0), which a note says. None at all
-    /// if no corner has any.
+    /// Texture coordinates by triangles of which some corners are [`NONE`]: those are (0, 0), which a note
+    /// says. None at all if no corner has any.
     pub(super) fn set_uvs(&mut self, values: Vec<DVec2>, triangles: Vec<[u32; 3]>) {
         let corners = triangles.as_flattened();
         let missing = corners.iter().filter(|&&corner| corner == NONE).count();
@@ -67,8 +68,8 @@ impl Soup {
         self.uvs = Some(uvs);
     }
 
-    /// Normals by triangles of which some corners are [`NONE`]: those are their triangle's, which a note says. None at all if
-    /// no corner has any.
+    /// Normals by triangles of which some corners are [`NONE`]: those are their triangle's, which a note
+    /// says. None at all if no corner has any.
     pub(super) fn set_normals(&mut self, values: Vec<DVec3>, triangles: Vec<[u32; 3]>) {
         let missing = triangles.as_flattened().iter().filter(|&&corner| corner == NONE).count();
         let count = triangles.as_flattened().len();

@@ -57,8 +57,8 @@ pub struct Roughness {
     pub distribution: Microfacets,
     /// The roughness α, in [10⁻⁴, 1], along u, the first texture coordinate.
     pub alpha: f64,
-    /// α across u over α along it: 1 for the same in all directions. Without texture coordinates it is 1, and so it is of
-    /// plastic, but for that whose light is scattered once.
+    /// α across u over α along it: 1 for the same in all directions. Without texture coordinates it is 1, and
+    /// so it is of plastic, but for that whose light is scattered once.
     pub stretch: f64,
 }
 

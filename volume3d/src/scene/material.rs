@@ -38,8 +38,8 @@ pub struct Material {
     pub opacity: Option<Reflectance>,
     /// What tilts the normal, if anything does.
     pub relief: Option<Relief>,
-    /// Textures by whose luminance the roughness α is multiplied, along u and across it, by their indices in the scene; α is at
-    /// least 10⁻⁴ all the same. Rough conductors and dielectrics may have some.
+    /// Textures by whose luminance the roughness α is multiplied, along u and across it, by their indices in
+    /// the scene; α is at least 10⁻⁴ all the same. Rough conductors and dielectrics may have some.
     pub roughness_textures: [Option<usize>; 2],
     /// Another material that it is mixed with, if it is.
     pub blend: Option<Blend>,

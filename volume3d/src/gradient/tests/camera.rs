@@ -220,8 +220,9 @@ fn poses_of_orthographic_sensors_are_about_the_sensor() {
     assert_eq!(wider.displaced(&scene, 0.1).unwrap_err(), SceneError::FieldOfView);
 }
 
-/// A scene in a mirror, with its camera, has the same film: a mirrored camera sees another scene as a camera sees this one.
-/// Light and what does not depend on how directions are drawn is the same to rounding; edges are drawn from their other ends.
+/// A scene in a mirror, with its camera, has the same film: a mirrored camera sees another scene as a camera
+/// sees this one. Light and what does not depend on how directions are drawn is the same to rounding; edges
+/// are drawn from their other ends.
 #[test]
 fn a_mirrored_camera_sees_what_is_mirrored() {
     let mirror = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));

@@ -51,8 +51,9 @@ fn lamp_and_metal(radiance: DVec3, alpha: f64) -> Scene {
     Scene::new(d).unwrap()
 }
 
-/// At a bound of its range a parameter has a difference on one side, which is said. What is linear in it has the derivative of
-/// elsewhere; what is not has it up to a part in proportion to the step. Beyond both bounds there is none.
+/// At a bound of its range a parameter has a difference on one side, which is said. What is linear in it has
+/// the derivative of elsewhere; what is not has it up to a part in proportion to the step. Beyond both bounds
+/// there is none.
 #[test]
 fn differences_at_a_bound_are_one_sided() {
     let none = Progress::none();

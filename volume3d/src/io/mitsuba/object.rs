@@ -187,8 +187,8 @@ impl<'a> Object<'a> {
         if holds(number) { Ok(Some(number)) } else { Err(element.bad_value(name, value, expected)) }
     }
 
-    /// The same of a number that may be a texture: `<float>`, or a texture that is the same everywhere, of a colour its
-    /// luminance.
+    /// The same of a number that may be a texture: `<float>`, or a texture that is the same everywhere, of a
+    /// colour its luminance.
     pub(super) fn number_where(
         &self,
         name: &'static str,

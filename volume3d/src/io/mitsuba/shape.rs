@@ -170,8 +170,8 @@ impl<'a> Reader<'a> {
 const EACH_TRIANGLE: &str = "the file has no texture coordinates: each of its triangles shows the texture anew, as in Mitsuba, from its \
                              first corner along its sides";
 
-/// Texture coordinates of a mesh that has none, as Mitsuba has them: those of a triangle's corners are (0, 0), (1, 0) and
-/// (0, 1), in the order of the file, which flipped normals and a mirror turn round.
+/// Texture coordinates of a mesh that has none, as Mitsuba has them: those of a triangle's corners are (0,
+/// 0), (1, 0) and (0, 1), in the order of the file, which flipped normals and a mirror turn round.
 fn coordinates_of_triangles(object: &Object<'_>, mesh: Mesh) -> Result<Mesh, Error> {
     let flips = object.boolean("flip_normals")? == Some(true);
     let mirrors = match object.affine("to_world")? {

@@ -1,5 +1,5 @@
-//! What stands in the place of a material that is refused, where that is allowed: of metal metal, of glass glass, and grey of
-//! what is neither. What can be read of it is kept.
+//! What stands in the place of a material that is refused, where that is allowed: of metal metal, of glass
+//! glass, and grey of what is neither. What can be read of it is kept.
 
 use glam::DVec3;
 

@@ -21,7 +21,8 @@ impl<'a> Reader<'a> {
         self.texture_of(element, false)
     }
 
-    /// The same of one that gives numbers, of which Mitsuba 3.9 has those of a checkerboard in each other's places.
+    /// The same of one that gives numbers, of which Mitsuba 3.9 has those of a checkerboard in each other's
+    /// places.
     pub(super) fn number_texture(&mut self, element: &'a Element) -> Result<usize, Error> {
         self.texture_of(element, element.attribute("type") == Some("checkerboard"))
     }
@@ -106,8 +107,7 @@ impl<'a> Reader<'a> {
         let id = self.name(element, self.textures.len());
         let Image { width, height, pixels: texels } = image;
         self.textures.push(Texture { id, width, height, texels, wrap, to_uv });
-        let index = self.textures.len() - 1;
-        index
+        self.textures.len() - 1
     }
 }
 

@@ -183,7 +183,8 @@ fn roughnesses_may_be_textures() {
     }
 }
 
-/// A texture that is the same everywhere is a constant, of colours and of numbers, where it stands and by reference.
+/// A texture that is the same everywhere is a constant, of colours and of numbers, where it stands and by
+/// reference.
 #[test]
 fn constant_textures() {
     let texture =
@@ -262,7 +263,8 @@ fn materials_at_their_limits() {
     }
 }
 
-/// Leniently, what stands for a metal is a metal, for glass glass, and for what may be metal metal; with all that can be read.
+/// Leniently, what stands for a metal is a metal, for glass glass, and for what may be metal metal; with all
+/// that can be read.
 #[test]
 fn nothing_turns_metal_grey() {
     use crate::io::{ReadOptions, read_scene_with};

@@ -222,7 +222,8 @@ CORNERS|3 0 1 2|3 0 1 2
     assert_eq!(message(read(&bytes)), "m.ply, face 0: the face refers to vertex 9, but there are 3 so far");
 }
 
-/// Texture coordinates of vertices under each of their names; u and v go before s and t, and these before the rest.
+/// Texture coordinates of vertices under each of their names; u and v go before s and t, and these before the
+/// rest.
 #[test]
 fn texture_coordinates_of_vertices() {
     let cases = [
@@ -245,8 +246,8 @@ fn texture_coordinates_of_vertices() {
     }
 }
 
-/// MeshLab gives texture coordinates to the corners of faces: before or after their indices, to some faces or to none, to
-/// triangles or to polygons. They go before those of vertices.
+/// MeshLab gives texture coordinates to the corners of faces: before or after their indices, to some faces or
+/// to none, to triangles or to polygons. They go before those of vertices.
 #[test]
 fn texture_coordinates_of_faces() {
     let list = "property list uchar float texcoord\n";
