@@ -91,11 +91,15 @@ fn vertices<B: Body + ?Sized>(element: &Element, body: &mut B, soup: &mut Soup) 
     /// What the last two may be called: the first of these that is there.
     const COORDINATES: [[&str; 2]; 3] = [["u", "v"], ["s", "t"], ["texture_u", "texture_v"]];
     let names = |name: &str| element.properties.iter().any(|p| p.list.is_none() && p.name == name);
-    let coordinates = COORDINATES
-        .iter()
-        .find(|pair| pair.iter().all(|name| names(name)))
-        .or_else(|| COORDINATES.iter().find(|pair| pair.iter().any(|name| names(name))))
-        .unwrap_or(&COORDINATES[0]);
+    let coordinates = COORDINATES.iter().find(|pair| pair.iter().all(|name| names(name)));
+    let alone = COORDINATES.as_flattened().iter().find(|name| names(name));
+    if let Some(name) = alone.filter(|_| coordinates.is_none()) {
+        soup.notes.push(format!(
+            "the vertex property \"{name}\" is ignored, as in Mitsuba: texture coordinates are u and v, s and t, or texture_u \
+             and texture_v"
+        ));
+    }
+    let coordinates = coordinates.map_or(&[][..], |pair| pair);
     let slot = |name: &str| SLOTS.iter().chain(coordinates).position(|slot| *slot == name);
     let slots: Vec<Option<usize>> =
         element.properties.iter().map(|p| slot(&p.name).filter(|_| p.list.is_none())).collect();
@@ -109,7 +113,7 @@ fn vertices<B: Body + ?Sized>(element: &Element, body: &mut B, soup: &mut Soup) 
         return Err((At::Whole, MeshProblem::Missing { what: "vertex properties x, y and z" }));
     }
     let has_normals = all(3..6, "vertex properties nx, ny and nz (all or none)")?;
-    let has_uvs = all(6..8, "vertex properties u and v, s and t, or texture_u and texture_v (both or none)")?;
+    let has_uvs = has(6);
 
     let count = room(element, body);
     let memory = |error: MemoryError| (At::Whole, error.into());

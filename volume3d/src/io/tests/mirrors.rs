@@ -96,3 +96,32 @@ fn axes_of_other_lengths() {
         assert!(found.len() == 1 && found[0].contains(&format!("has length {length}")), "{found:?}");
     }
 }
+
+/// A mesh without texture coordinates that needs some has those of its triangles in the order of its file:
+/// also where flipped normals or a mirror turn these round. One that needs none has none.
+#[test]
+fn coordinates_of_triangles() {
+    let board = "<bsdf type='diffuse'><texture type='checkerboard' name='reflectance'/></bsdf>";
+    let brushed = "<bsdf type='roughconductor'><float name='alpha_u' value='.1'/><float name='alpha_v' value='.2'/></bsdf>";
+    let lamp = "<emitter type='area'><texture type='checkerboard' name='radiance'/></emitter>";
+    let flip = "<boolean name='flip_normals' value='true'/>";
+    let mirror = "<transform name='to_world'><scale x='-1'/></transform>";
+    let both = format!("{flip}{mirror}");
+    for (more, order) in [("", [0, 1, 2]), (flip, [0, 2, 1]), (mirror, [0, 2, 1]), (&both, [0, 1, 2])] {
+        for needs in [board, brushed, lamp] {
+            let text =
+                format!("<shape type='ply'><string name='filename' value='tri.ply'/>{more}{needs}</shape>");
+            let mesh = with(&text).unwrap().shapes.remove(0).mesh;
+            let uvs = mesh.uvs().unwrap();
+            assert_eq!(uvs.triangles, [order], "{text}");
+            // The corner of the file at x = ±1 has u = 1, and that at y = 1 has v = 1.
+            for (corner, position) in mesh.triangles()[0].into_iter().enumerate() {
+                let place = mesh.positions()[position as usize];
+                let uv = uvs.values[uvs.triangles[0][corner] as usize];
+                assert_eq!(uv, place.abs().truncate(), "{text}");
+            }
+        }
+        let plain = format!("<shape type='ply'><string name='filename' value='tri.ply'/>{more}</shape>");
+        assert!(with(&plain).unwrap().shapes[0].mesh.uvs().is_none());
+    }
+}

@@ -174,10 +174,6 @@ START|VERTEX|property float x|property float y|element face 1|FACES|end_header
     m.ply: the header has no vertex properties x, y and z
 START|VERTEX|XYZ|property float nx|element face 1|FACES|end_header
     m.ply: the header has no vertex properties nx, ny and nz (all or none)
-START|VERTEX|XYZ|property float u|element face 1|FACES|end_header
-    m.ply: the header has no vertex properties u and v, s and t, or texture_u and texture_v (both or none)
-START|VERTEX|XYZ|property float texture_v|element face 1|FACES|end_header
-    m.ply: the header has no vertex properties u and v, s and t, or texture_u and texture_v (both or none)
 "#,
         |lines| refused(&format!("{lines}|")),
     );
@@ -244,6 +240,16 @@ fn texture_coordinates_of_vertices() {
         let uvs = mesh.uvs().unwrap();
         assert_eq!((uvs.values[0], &uvs.triangles), (DVec2::from_array(first), &vec![[0, 1, 2]]), "{names}");
     }
+    // One of a pair is something else.
+    let text = format!(
+        "ply\nformat ascii 1.0\nelement vertex 3\n{XYZ}property float t\nelement face 1\n{FACES}end_header\n\
+         0 0 0 7\n1 0 0 8\n0 1 0 9\n3 0 1 2\n"
+    );
+    let soup = crate::io::ply::parse(text.as_bytes(), here("m.ply")).unwrap();
+    assert!(
+        soup.uvs.is_none() && soup.notes[0].starts_with("the vertex property \"t\" is ignored"),
+        "{soup:?}"
+    );
 }
 
 /// MeshLab gives texture coordinates to the corners of faces: before or after their indices, to some faces or
