@@ -8,14 +8,14 @@ use super::error::GradientError;
 use super::film::FilmPlane;
 use super::groups::{group, group_range};
 use super::progress::Progress;
-use super::result::GradientImage;
+use super::result::{GradientImage, OneSided};
 use super::tangent::Tangent;
 use super::unit_weights::UnitWeights;
 use super::unsupported::supports_field_of_view;
 
 use super::DIFFERENCE_PATH;
 use crate::path::{Kernels, Paths, Sequence};
-use crate::scene::{Scene, SceneError};
+use crate::scene::Scene;
 
 /// Central finite differences.
 ///
@@ -33,15 +33,6 @@ pub struct FiniteDifference {
     pub step: f64,
     /// The seed of everything random.
     pub seed: u64,
-}
-
-/// Why a difference has one side only.
-#[derive(Clone, Debug, PartialEq)]
-pub struct OneSided {
-    /// Whether that is θ + h, and not θ − h.
-    pub ahead: bool,
-    /// What is wrong with the scene on the other side.
-    pub outside: SceneError,
 }
 
 /// The scenes of a difference.

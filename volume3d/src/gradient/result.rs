@@ -4,12 +4,11 @@ use glam::DVec3;
 
 use super::Tangent;
 use super::contribution::Contribution;
-use super::finite_difference::OneSided;
 use super::non_finite::NonFinite;
 use super::regions::Regions;
 use super::unsupported::Unsupported;
 use crate::Image;
-use crate::scene::TraceCounts;
+use crate::scene::{SceneError, TraceCounts};
 
 /// Interior, primary and secondary term of a derivative, pixel by pixel.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,6 +73,15 @@ impl Noise {
             kinds: Kinds::default(),
         }
     }
+}
+
+/// Why a difference has one side only.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OneSided {
+    /// Whether that is θ + h, and not θ − h.
+    pub ahead: bool,
+    /// What is wrong with the scene on the other side.
+    pub outside: SceneError,
 }
 
 /// A gradient image: the derivative of every pixel along one change.
