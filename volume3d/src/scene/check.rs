@@ -7,7 +7,7 @@ use glam::{DMat3, DVec2, DVec3};
 
 use super::{
     Blend, Bsdf, Camera, Description, Environment, Film, Filter, ImplicitShape, Light, Material, Placement,
-    Reflectance, Roughness, SceneError, Shape, Texture,
+    Reflectance, Roughness, Scattering, SceneError, Shape, Texture,
 };
 use crate::geometry::{Accelerator, Mesh, MeshError, Normals};
 
@@ -271,14 +271,15 @@ pub(super) fn material(material: &Material, textures: usize) -> Result<(), Scene
         let most = 1.0 + 2.0 * f64::EPSILON;
         range((1e-4..=most).contains(&across), id, "the roughness across u", across, "in [1e-4, 1]")?;
     }
-    let rough = material.bsdf.facets().is_some() && !matches!(material.bsdf, Bsdf::Plastic(_));
+    let coated = matches!(&material.bsdf, Bsdf::Plastic(p) if p.scattering != Scattering::Once);
+    let rough = material.bsdf.facets().is_some() && !coated;
     let textured = material.roughness_textures.iter().flatten().count() as f64;
     range(
         rough || textured == 0.0,
         id,
         "textures of its roughness",
         textured,
-        "0 unless it is a rough conductor or dielectric",
+        "0 unless it is a rough conductor or dielectric, or plastic whose light is scattered once",
     )?;
     if let Some([eta, k]) = material.bsdf.index_of_refraction() {
         not_negative(id, "eta", eta)?;

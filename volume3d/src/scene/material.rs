@@ -39,7 +39,8 @@ pub struct Material {
     /// What tilts the normal, if anything does.
     pub relief: Option<Relief>,
     /// Textures by whose luminance the roughness α is multiplied, along u and across it, by their indices in
-    /// the scene; α is at least 10⁻⁴ all the same. Rough conductors and dielectrics may have some.
+    /// the scene; α is at least 10⁻⁴ all the same. Rough conductors and dielectrics, and plastic whose light
+    /// is scattered once, may have some.
     pub roughness_textures: [Option<usize>; 2],
     /// Another material that it is mixed with, if it is.
     pub blend: Option<Blend>,

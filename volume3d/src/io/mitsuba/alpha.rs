@@ -87,7 +87,8 @@ impl<'a> Reader<'a> {
             let expected = "a number of at least 0";
             return Ok(object.number_where(name, expected, |alpha| alpha >= 0.0)?.map(Given::Number));
         };
-        if matches!(object.plugin, "roughplastic" | "pplastic") {
+        // What its coating lets through is of one α.
+        if object.plugin == "roughplastic" {
             let what = format!("a textured {name} of {}", object.plugin);
             return Err(element.unsupported(what, "give a number; Mitsuba takes no texture there either"));
         }

@@ -35,7 +35,7 @@ const KINDS: [Kind; 12] = [
     Kind {
         tag: "bsdf",
         plugins: BSDFS,
-        remarks: "metals and glasses by their names; textures for colours, for the numbers of `principled` and `principledthin`, for `alpha`, `alpha_u` and `alpha_v` of `roughconductor` and `roughdielectric`, and for the weight of `blendbsdf`; `twosided` with one or two",
+        remarks: "metals and glasses by their names; textures for colours, for the numbers of `principled` and `principledthin`, for `alpha`, `alpha_u` and `alpha_v` of `roughconductor`, `roughdielectric` and `pplastic`, and for the weight of `blendbsdf`; `twosided` with one or two",
     },
     Kind {
         tag: "medium",

@@ -172,7 +172,7 @@ fn roughnesses_may_be_textures() {
         (format!("{}{v}", number('u')), [None, Some(0)], 0.3, 1.0),
     ];
     for (body, textures, along, across) in cases {
-        for plugin in ["roughconductor", "roughdielectric"] {
+        for plugin in ["roughconductor", "roughdielectric", "pplastic"] {
             let scene = with(&format!("<bsdf type='{plugin}'>{body}</bsdf>")).unwrap();
             let found = &scene.materials[0];
             let facets = found.bsdf.facets().unwrap();
