@@ -21,6 +21,9 @@ PLACE = '<scale value="0.5"/><rotate x="0.28" y="0.96" angle="35"/><translate x=
 LOOKAT = '<lookat origin="0.3, 1.3, 3.4" target="0, 0.5, 0" up="0, 1, 0"/>'
 
 
+SMALLER = '<scale value="0.7"/>'
+
+
 def place(more=""):
     return f'<transform name="to_world">{more}{PLACE}</transform>'
 
@@ -30,8 +33,7 @@ def sphere(bsdf=DIFFUSE, more=""):
 
 
 def cube(bsdf=DIFFUSE):
-    smaller = place('<scale value="0.7"/>')
-    return f'<shape type="cube" id="thing">{smaller}{bsdf}</shape>'
+    return f'<shape type="cube" id="thing">{place(SMALLER)}{bsdf}</shape>'
 
 
 def write(name, thing=None, lights=LAMP, filter='<rfilter type="tent"/>', sensor="perspective", more_sensor="", more_film="",
@@ -91,6 +93,12 @@ def files():
     mi.Bitmap(sky.astype(np.float32)).write(str(HERE / "sky.exr"))
     mesh = mi.load_dict({"type": "obj", "filename": str(HERE / "ball.obj")})
     mesh.write_ply(str(HERE / "ball.ply"))
+    sides = ["1 3 7 5", "2 6 8 4", "1 5 6 2", "3 4 8 7", "1 2 4 3", "5 7 8 6"]
+    corners = [f"v {x} {y} {z}" for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
+    (HERE / "bare.obj").write_text("\n".join(corners + ["f " + side for side in sides]) + "\n")
+    header = ["ply", "format ascii 1.0", "element vertex 4"] + [f"property float {name}" for name in ("x", "y", "z", "texture_u", "texture_v")]
+    header += ["element face 2", "property list uchar int vertex_indices", "end_header"]
+    (HERE / "sheet.ply").write_text("\n".join(header + ["-1 -1 0 0 0", "1 -1 0 1 .2", "1 1 0 .9 1", "-1 1 0 0 .8", "3 0 1 2", "3 0 2 3"]) + "\n")
 
 
 def main():
@@ -122,9 +130,34 @@ def main():
     write("plastic", sphere('<bsdf type="plastic"><rgb name="diffuse_reflectance" value="0.2 0.4 0.6"/></bsdf>'))
     write("dielectric", sphere('<bsdf type="dielectric"/>'), integrator='<integrator type="path"><integer name="max_depth" value="6"/></integrator>')
     write("mask", sphere(f'<bsdf type="mask"><float name="opacity" value="0.6"/><bsdf type="twosided">{DIFFUSE}</bsdf></bsdf>'))
+    # Texture coordinates.
+    painted = f'<bsdf type="twosided"><bsdf type="diffuse">{tiles % ""}</bsdf></bsdf>'
+    write("cube_textured", cube(painted))
+    write("sphere_textured", f'<shape type="sphere" id="thing"><float name="radius" value="0.8"/>{place()}{painted}</shape>')
+    write("cylinder_textured", f'<shape type="cylinder" id="thing"><float name="radius" value="0.7"/>{place()}{painted}</shape>')
+    write("disk_textured", f'<shape type="disk" id="thing">{place()}{painted}</shape>')
+    write("obj_without_coordinates", f'<shape type="obj" id="thing"><string name="filename" value="bare.obj"/>'
+          f'<boolean name="face_normals" value="true"/>{place(SMALLER)}{painted}</shape>')
+    write("ply_texture_u", f'<shape type="ply" id="thing"><string name="filename" value="sheet.ply"/>{place()}{painted}</shape>')
+    # Materials at their limits, and textures that are the same everywhere.
+    alpha = '<texture type="bitmap" name="alpha_%s"><string name="filename" value="tiles.png"/><boolean name="raw" value="true"/></texture>'
+    write("roughconductor_textured", sphere(rough % ("ggx", alpha % "u" + '<float name="alpha_v" value="0.5"/>')))
+    deeper = '<integrator type="path"><integer name="max_depth" value="6"/></integrator>'
+    write("roughdielectric_textured", sphere('<bsdf type="roughdielectric"><string name="distribution" value="ggx"/>' + alpha % "u" + alpha % "v" + "</bsdf>"),
+          integrator=deeper)
+    write("roughdielectric_stretched", sphere('<bsdf type="roughdielectric"><float name="alpha_u" value="0.15"/><float name="alpha_v" value="0.4"/></bsdf>'),
+          integrator=deeper)
+    write("roughconductor_smooth", sphere(rough % ("ggx", '<float name="alpha" value="0"/>')))
+    write("principled_no_boundary", sphere('<bsdf type="principled"><rgb name="base_color" value="0.7 0.4 0.2"/><float name="roughness" value="0.4"/>'
+                                           '<float name="clearcoat" value="0.5"/><float name="eta" value="1"/></bsdf>'))
+    write("constant_textures", sphere('<bsdf type="principled"><texture type="srgb" name="base_color"><rgb name="color" value="0.7 0.4 0.2"/></texture>'
+                                      '<texture type="rawconstant" name="roughness"><float name="value" value="0.4"/></texture></bsdf>'))
+    # Mirrors.
+    write("camera_mirrored", transform=f'<scale x="-1"/>{LOOKAT}')
     # Lights.
     sky = '<emitter type="envmap"><string name="filename" value="sky.exr"/><float name="scale" value="0.8"/><transform name="to_world"><rotate y="1" angle="50"/></transform></emitter>'
     write("envmap", lights=sky)
+    write("envmap_mirrored", lights=sky.replace("<rotate", '<scale x="-1"/><rotate'))
     write("constant", lights='<emitter type="constant"><rgb name="radiance" value="0.6 0.7 0.8"/></emitter>')
     write("point", lights='<emitter type="point"><point name="position" x="-1" y="2.5" z="1.5"/><rgb name="intensity" value="9 8 7"/></emitter>')
     write("spot", lights='<emitter type="spot"><transform name="to_world"><lookat origin="-1,2.5,1.5" target="0,0.4,0" up="0,1,0"/></transform>'

@@ -8,7 +8,7 @@ use clap::error::ErrorKind;
 use flatland::random::stream;
 use glam::DVec3;
 use rand::Rng;
-use volume3d::gradient::{Contribution, FiniteDifference, GradientError, Tangent};
+use volume3d::gradient::{Contribution, FiniteDifference, GradientError, OneSided, Tangent};
 use volume3d::scene::Scene;
 
 use super::comparison::{Estimate, RESOLUTION, RUNS, Slope, Verdict, verdict};
@@ -18,6 +18,7 @@ use super::gradient::step;
 use super::method::{Estimator, MethodOptions};
 use super::missing::left_out;
 use super::movement::{Moves, change};
+use super::one_sided::one_sided;
 use super::report::{Outcome, Report, usage};
 use super::session::{Bar, RunOptions, SceneOptions, check_size, located, silent};
 use super::signals::stop_if_asked;
@@ -37,6 +38,9 @@ use super::spp::samples;
 /// largest that was seen may add, a change of the brightest pixel that no sample saw, and an error of the
 /// step that falls at least in proportion to it. The method DIFFERs if it is outside of the bounds of any
 /// step. Of a right gradient that is said in at most one of 900 checks.
+///
+/// Where a parameter is at a bound of its range, as a radiance of 0 or a roughness of 1, differences are
+/// one-sided, and that is said.
 ///
 /// AGREE means that the narrowest of these bounds are within a tenth of the slope. OPEN means that noise or
 /// steps leave more; raise --spp as it says. Where neither the method nor differences see any change there is
@@ -133,6 +137,8 @@ struct Runs {
     largest: Vec<Option<Contribution>>,
     /// The brightest pixel, all channels together.
     brightest: f64,
+    /// Of finite differences: why they have one side only.
+    one_sided: Option<OneSided>,
 }
 
 impl Runs {
@@ -194,7 +200,10 @@ impl<'a> Check<'a> {
         let grains: Vec<f64> = (0..steps.len()).map(|i| grain(steps, &runs, i)).collect();
         let brightest = runs.iter().map(|r| r.brightest).fold(0.0, f64::max);
         // A change of a sample is divided by both sides' distance, and by all samples.
-        let unseen = brightest / (2.0 * steps[0] * (self.samples * RUNS) as f64);
+        let found = steps.iter().zip(&runs).filter_map(|(&step, r)| Some((step, r.one_sided.as_ref()?)));
+        self.messages += &one_sided(found);
+        let apart = if runs[0].one_sided.is_some() { steps[0] } else { 2.0 * steps[0] };
+        let unseen = brightest / (apart * (self.samples * RUNS) as f64);
         let totals: Vec<Vec<f64>> = runs.into_iter().map(|r| r.totals).collect();
         Ok((method, Slope::of(steps, &totals, &grains, unseen)))
     }
@@ -231,6 +240,7 @@ impl<'a> Check<'a> {
             self.messages += &located(&result.non_finite);
             if r == 0 {
                 self.messages += &left_out(&result.left_out);
+                runs.one_sided = result.one_sided;
             }
             self.bar.step();
         }

@@ -29,12 +29,14 @@ pub(super) fn steps(scene: &Scene, change: &Tangent) -> Vec<f64> {
     FRACTIONS.map(|f| f * scale).to_vec()
 }
 
-/// The same after one that is three times as large, unless that leads out of a parameter's range: it says how
-/// far off the next is for its step.
+/// The same after one that is three times as large, unless that leads out of a parameter's range where the
+/// others do not: it says how far off the next is for its step.
 pub(super) fn steps_after_a_larger(scene: &Scene, change: &Tangent) -> Vec<f64> {
     let mut steps = steps(scene, change);
     let larger = 3.0 * steps[0];
-    if [larger, -larger].iter().all(|&step| change.displaced(scene, step).is_ok()) {
+    // At a bound both are one-sided.
+    let is_within = |step| change.displaced(scene, step).is_ok();
+    if [1.0, -1.0].iter().all(|sign| is_within(sign * larger) || !is_within(sign * steps[0])) {
         steps.insert(0, larger);
     }
     steps

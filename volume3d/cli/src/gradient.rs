@@ -6,12 +6,13 @@ use std::time::Instant;
 use clap::Args;
 use clap::error::ErrorKind;
 use volume3d::Image;
-use volume3d::gradient::{self, Regions, Survey, Tangent};
+use volume3d::gradient::{self, FiniteDifference, Regions, Survey, Tangent};
 
 use super::budget::{Budget, Pilot, percent};
 use super::method::MethodOptions;
 use super::missing::left_out;
 use super::movement::{Moves, change};
+use super::one_sided::one_sided;
 use super::output::{Output, Pixels, Written, check_distinct};
 use super::parameter::Name;
 use super::report::{Report, usage};
@@ -269,6 +270,8 @@ fn forward(options: &Options) -> anyhow::Result<Report> {
         text += &contact::too_coarse(scene);
     }
     text += &left_out(&result.left_out);
+    let step = options.step.unwrap_or(FiniteDifference::default().step);
+    text += &one_sided(result.one_sided.as_ref().map(|found| (step, found)));
     if options.method.is_interior() && change.is_geometric() {
         text += INTERIOR;
     }

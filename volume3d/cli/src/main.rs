@@ -14,6 +14,7 @@ mod mesh_faults;
 mod method;
 mod missing;
 mod movement;
+mod one_sided;
 mod output;
 mod parameter;
 mod render;

@@ -63,7 +63,7 @@ pub(super) enum Method {
     /// One rotation for each kernel: biased wherever what moves does not turn as a whole.
     Rotation,
     /// Central differences with common random numbers: biased by ~ step², noise ~ 1/√step; differentiates
-    /// everything.
+    /// everything. At a bound of a parameter's range they are one-sided, biased by ~ step, which is said.
     FiniteDifference,
     /// The interior term alone: biased wherever a silhouette, a shadow's or a light's edge moves.
     Interior,

@@ -174,45 +174,6 @@ impl Mesh {
         Ok(self)
     }
 
-    /// The square [−1, 1]² in the plane z = 0, facing +z, with texture coordinates [0, 1]².
-    #[must_use]
-    pub fn rectangle() -> Self {
-        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
-        let triangles = vec![[0, 1, 2], [0, 2, 3]];
-        let uvs = corners.iter().map(|&(x, y)| 0.5 * DVec2::new(x + 1.0, y + 1.0)).collect();
-        Self {
-            positions: corners.iter().map(|&(x, y)| DVec3::new(x, y, 0.0)).collect(),
-            uvs: Some(Attribute { values: uvs, triangles: triangles.clone() }),
-            triangles,
-            normals: Normals::Face,
-            sources: (0..4).collect(),
-        }
-    }
-
-    /// The cube [−1, 1]³, facing outwards, with texture coordinates [0, 1]² on each face.
-    #[must_use]
-    pub fn cube() -> Self {
-        let corner = |i: u32| {
-            let side = |bit: u32| if i >> bit & 1 == 1 { 1.0 } else { -1.0 };
-            DVec3::new(side(0), side(1), side(2))
-        };
-        // Corners of each face, counter-clockwise from outside.
-        let faces: [[u32; 4]; 6] =
-            [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-        let triangles = faces.iter().flat_map(|f| [[f[0], f[1], f[2]], [f[0], f[2], f[3]]]).collect();
-        let uvs = Attribute {
-            values: vec![DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y],
-            triangles: [[0, 1, 2], [0, 2, 3]].repeat(6),
-        };
-        Self {
-            positions: (0..8).map(corner).collect(),
-            triangles,
-            normals: Normals::Face,
-            uvs: Some(uvs),
-            sources: (0..8).collect(),
-        }
-    }
-
     /// The mesh under an affine map. Given normals are transformed as normals; a reflection reverses
     /// triangles, so that outward faces stay outward.
     #[must_use]
@@ -353,18 +314,6 @@ fn check_range(what: &'static str, triangles: &[[u32; 3]], count: usize) -> Resu
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn cube_and_rectangle_face_outwards() {
-        let cube = Mesh::cube();
-        for t in cube.triangles() {
-            let [a, b, c] = t.map(|i| cube.positions()[i as usize]);
-            assert!((b - a).cross(c - a).dot(a + b + c) > 0.0, "{t:?}");
-        }
-        let square = Mesh::rectangle();
-        let [a, b, c] = square.triangles()[1].map(|i| square.positions()[i as usize]);
-        assert!((b - a).cross(c - a).z > 0.0);
-    }
 
     #[test]
     fn a_mirror_keeps_the_outside_outside() {

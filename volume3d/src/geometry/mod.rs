@@ -5,6 +5,7 @@ mod curved;
 mod edge_contact;
 mod edges;
 mod facing;
+mod flat;
 mod meeting;
 mod mesh;
 mod proximity;

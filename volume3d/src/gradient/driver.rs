@@ -175,6 +175,7 @@ pub(super) fn finish<const N: usize, const K: usize>(
         traces: TraceCounts::default(),
         lost_rays,
         left_out: vec![],
+        one_sided: None,
         largest,
     }
 }

@@ -1,4 +1,5 @@
-//! Central differences with common random numbers: (I(θ + h) − I(θ − h))/2h.
+//! Central differences with common random numbers: (I(θ + h) − I(θ − h))/2h. At a bound of a parameter's
+//! range they are one-sided: (I(θ + h) − I(θ))/h or (I(θ) − I(θ − h))/h.
 
 use glam::DVec3;
 
@@ -7,7 +8,7 @@ use super::error::GradientError;
 use super::film::FilmPlane;
 use super::groups::{group, group_range};
 use super::progress::Progress;
-use super::result::GradientImage;
+use super::result::{GradientImage, OneSided};
 use super::tangent::Tangent;
 use super::unit_weights::UnitWeights;
 use super::unsupported::supports_field_of_view;
@@ -22,6 +23,9 @@ use crate::scene::Scene;
 /// n)^−½): a sample sees a discontinuity move with probability O(h) and then contributes O(1/h). Everything
 /// is differentiated, mirrors and point lights included. Both sides share their random numbers, which are
 /// independent of those of [`render`](super::render).
+///
+/// Where one side is outside a parameter's range, as that of a radiance of 0, it is replaced by the scene at θ,
+/// and the bias is O(h): [`GradientImage::one_sided`] says so.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FiniteDifference {
     /// Samples per pixel, each traced twice.
@@ -30,6 +34,15 @@ pub struct FiniteDifference {
     pub step: f64,
     /// Random seed.
     pub seed: u64,
+}
+
+/// The scenes of a difference.
+struct Sides {
+    /// That of the greater θ first.
+    scenes: [Scene; 2],
+    /// By how much θ differs.
+    apart: f64,
+    one_sided: Option<OneSided>,
 }
 
 impl Default for FiniteDifference {
@@ -42,7 +55,7 @@ impl FiniteDifference {
     /// Derivative of every pixel along a tangent. The image returned with it is the mean of both sides.
     ///
     /// # Errors
-    /// [`GradientError`] if the step is not positive or leads out of a parameter's range.
+    /// [`GradientError`]: a step that is not positive, or that leads out of a parameter's range on both sides.
     pub fn forward(
         &self,
         scene: &Scene,
@@ -59,16 +72,37 @@ impl FiniteDifference {
         if !(self.step > 0.0 && self.step.is_finite()) {
             return Err(GradientError::Step { step: self.step });
         }
-        let sides = [change.displaced(scene, self.step)?, change.displaced(scene, -self.step)?];
+        let Sides { scenes: sides, apart, one_sided } = self.sides(scene, change)?;
         let paths = [&sides[0], &sides[1]].map(|scene| Paths::new(scene, Kernels::default()));
         let films = [&sides[0], &sides[1]].map(FilmPlane::new);
         let film = FilmPlane::new(scene);
-        let cell = |(): &mut (), place, sink: CellSink<'_, 6>| self.cell(&paths, &films, place, sink);
+        let cell =
+            |(): &mut (), place, sink: CellSink<'_, 6>| self.cell(&paths, (&films, apart), place, sink);
         let counted = (self.samples, UnitWeights::of_shared_numbers(&film, self.samples));
         let sums: FilmSums<6> = over_film(&film, counted, progress, || (), cell)?;
         let mut image = finish::<1, 6>(&film, sums, self.samples);
         sides.iter().for_each(|side| image.traces += side.trace_counts());
+        image.one_sided = one_sided;
         Ok(image)
+    }
+
+    fn sides(&self, scene: &Scene, change: &Tangent) -> Result<Sides, GradientError> {
+        let [ahead, behind] = [self.step, -self.step].map(|step| change.displaced(scene, step));
+        let one_sided = |ahead, outside| Some(OneSided { ahead, outside });
+        Ok(match (ahead, behind) {
+            (Ok(ahead), Ok(behind)) => {
+                Sides { scenes: [ahead, behind], apart: 2.0 * self.step, one_sided: None }
+            }
+            (Ok(ahead), Err(outside)) => {
+                let scenes = [ahead, change.displaced(scene, 0.0)?];
+                Sides { scenes, apart: self.step, one_sided: one_sided(true, outside) }
+            }
+            (Err(outside), Ok(behind)) => {
+                let scenes = [change.displaced(scene, 0.0)?, behind];
+                Sides { scenes, apart: self.step, one_sided: one_sided(false, outside) }
+            }
+            (Err(outside), Err(_)) => return Err(outside.into()),
+        })
     }
 
     /// Random numbers of a sample, separate for every cell: if cells shared them, an edge parallel to rows of
@@ -82,7 +116,7 @@ impl FiniteDifference {
     fn cell(
         &self,
         paths: &[Paths<'_>; 2],
-        films: &[FilmPlane; 2],
+        (films, apart): (&[FilmPlane; 2], f64),
         (i, j): (usize, usize),
         mut sink: CellSink<'_, 6>,
     ) {
@@ -103,8 +137,7 @@ impl FiniteDifference {
                 let hit = paths.scene.closest(origin, direction, None);
                 paths.still_radiance(origin, direction, hit, 1, &mut numbers)
             });
-            let (mean, difference): (DVec3, DVec3) =
-                (0.5 * (plus + minus), (plus - minus) / (2.0 * self.step));
+            let (mean, difference): (DVec3, DVec3) = (0.5 * (plus + minus), (plus - minus) / apart);
             if !difference.is_finite() {
                 sink.non_finite.push(film.located(i, j, sample));
                 continue;

@@ -105,7 +105,7 @@ pub use primal::render;
 pub(crate) use primal::render_pixels;
 pub use progress::{Progress, Stopped};
 pub use regions::Regions;
-pub use result::{Gradient, GradientImage, Noise, Rendering, Terms};
+pub use result::{Gradient, GradientImage, Noise, OneSided, Rendering, Terms};
 pub use rotation::Rotation;
 pub use tangent::{ActiveParameters, CameraTangent, Tangent};
 pub use unsupported::{Missing, Unsupported, unsupported};

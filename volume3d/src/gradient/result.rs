@@ -8,7 +8,7 @@ use super::non_finite::NonFinite;
 use super::regions::Regions;
 use super::unsupported::Unsupported;
 use crate::Image;
-use crate::scene::TraceCounts;
+use crate::scene::{SceneError, TraceCounts};
 
 /// Interior, primary and secondary term of a derivative, pixel by pixel.
 #[derive(Clone, Debug, PartialEq)]
@@ -76,6 +76,15 @@ impl Noise {
     }
 }
 
+/// Reason for a one-sided finite difference.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OneSided {
+    /// Whether the side taken is θ + h; otherwise it is θ − h.
+    pub ahead: bool,
+    /// The error of the scene on the other side.
+    pub outside: SceneError,
+}
+
 /// Gradient image: the derivative of every pixel along one tangent.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GradientImage {
@@ -108,6 +117,8 @@ pub struct GradientImage {
     pub lost_rays: Option<Image>,
     /// Omitted discontinuities, as permitted by [`EdgeSampling::allow_missing`](super::EdgeSampling).
     pub left_out: Vec<Unsupported>,
+    /// Reason for one-sided finite differences, whose bias is O(h) instead of O(h²), if they were needed.
+    pub one_sided: Option<OneSided>,
     /// The sample with the largest contribution; `None` if no sample contributes.
     pub largest: Option<Contribution>,
 }

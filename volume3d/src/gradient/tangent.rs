@@ -280,7 +280,7 @@ impl ActiveParameters {
                     active[texture] = true;
                 }
             }
-            if let Some(texture) = material.roughness_texture {
+            for texture in material.roughness_textures.into_iter().flatten() {
                 active[texture] = true;
             }
             if let Some(Blend { weight: Value::Texture(texture), .. }) = material.blend {

@@ -197,6 +197,7 @@ fn mesh(mut stream: Stream<'_>) -> Result<(Soup, bool), MeshProblem> {
         corners.push(triangle);
     }
     let soup = Soup {
+        absent: None,
         notes: vec![],
         positions: positions.into_iter().map(DVec3::from_array).collect(),
         normals: normals.map(|rows| Attribute {

@@ -4,6 +4,9 @@ use glam::{DVec2, DVec3};
 
 use crate::geometry::{Attribute, Mesh, MeshError, Normals};
 
+/// The index of what a corner does not have.
+pub(super) const NONE: u32 = u32::MAX;
+
 /// Positions, normals and texture coordinates with the indices of the file.
 #[derive(Debug, Default)]
 pub(super) struct Soup {
@@ -11,6 +14,9 @@ pub(super) struct Soup {
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) normals: Option<Attribute<DVec3>>,
     pub(super) uvs: Option<Attribute<DVec2>>,
+    /// The texture coordinate, (0, 0), of corners that the file gives none: what is done to all of the others
+    /// is not done to it.
+    pub(super) absent: Option<u32>,
     /// What a user should know of how the file was read.
     pub(super) notes: Vec<String>,
 }
@@ -31,15 +37,66 @@ impl Soup {
 
     /// v becomes 1 − v.
     pub(super) fn flip_texture_coordinates(&mut self) {
-        for uv in self.uvs.iter_mut().flat_map(|uvs| &mut uvs.values) {
-            uv.y = 1.0 - uv.y;
+        let absent = self.absent;
+        for (index, uv) in self.uvs.iter_mut().flat_map(|uvs| &mut uvs.values).enumerate() {
+            if absent != Some(index as u32) {
+                uv.y = 1.0 - uv.y;
+            }
         }
+    }
+
+    /// Texture coordinates by triangles of which some corners are [`NONE`]: those are (0, 0), which a note
+    /// says. None at all if no corner has any.
+    pub(super) fn set_uvs(&mut self, values: Vec<DVec2>, triangles: Vec<[u32; 3]>) {
+        let corners = triangles.as_flattened();
+        let missing = corners.iter().filter(|&&corner| corner == NONE).count();
+        let count = corners.len();
+        if missing == count {
+            return;
+        }
+        let mut uvs = Attribute { values, triangles };
+        if missing > 0 {
+            let absent = uvs.values.len() as u32;
+            uvs.values.push(DVec2::ZERO);
+            fill(&mut uvs.triangles, |_| absent);
+            self.absent = Some(absent);
+            self.notes.push(format!(
+                "{missing} of {count} corners of triangles have no texture coordinates: theirs are (0, 0), and in Mitsuba they \
+                 are undefined"
+            ));
+        }
+        self.uvs = Some(uvs);
+    }
+
+    /// Normals by triangles of which some corners are [`NONE`]: those are their triangle's, which a note
+    /// says. None at all if no corner has any.
+    pub(super) fn set_normals(&mut self, values: Vec<DVec3>, triangles: Vec<[u32; 3]>) {
+        let missing = triangles.as_flattened().iter().filter(|&&corner| corner == NONE).count();
+        let count = triangles.as_flattened().len();
+        if missing == count {
+            return;
+        }
+        let mut normals = Attribute { values, triangles };
+        if missing > 0 {
+            let first = normals.values.len() as u32;
+            let corner = |k: u32| self.positions[k as usize];
+            normals.values.extend(self.triangles.iter().map(|t| {
+                let [a, b, c] = t.map(corner);
+                (b - a).cross(c - a).normalize_or_zero()
+            }));
+            fill(&mut normals.triangles, |triangle| first + triangle);
+            self.notes.push(format!(
+                "{missing} of {count} corners of triangles have no normals: theirs are those of their triangles, and in \
+                 Mitsuba they are undefined"
+            ));
+        }
+        self.normals = Some(normals);
     }
 
     /// A mesh with the normals of its faces, or with the given normals, or, where there are none, with normals
     /// weighted by angles on the file's own vertices.
     pub(super) fn into_mesh(self, face_normals: bool) -> Result<Mesh, MeshError> {
-        let Self { positions, triangles, normals, uvs, notes: _ } = self;
+        let Self { positions, triangles, normals, uvs, absent: _, notes: _ } = self;
         let count = positions.len();
         let normals = match normals {
             _ if face_normals => Normals::Face,
@@ -60,6 +117,7 @@ impl Soup {
             triangles: mesh.triangles().to_vec(),
             normals: None,
             uvs: mesh.uvs().cloned(),
+            absent: None,
             notes: vec![],
         }
     }
@@ -73,5 +131,15 @@ impl From<Mesh> for Soup {
             Normals::Face | Normals::AngleWeighted { .. } => None,
         };
         Self { normals, ..Self::from_faces(&mesh) }
+    }
+}
+
+/// Gives corners that are [`NONE`] an index, by their triangle's.
+fn fill(triangles: &mut [[u32; 3]], index: impl Fn(u32) -> u32) {
+    for (triangle, corners) in triangles.iter_mut().enumerate() {
+        corners
+            .iter_mut()
+            .filter(|corner| **corner == NONE)
+            .for_each(|corner| *corner = index(triangle as u32));
     }
 }

@@ -55,7 +55,7 @@ pub(super) enum Coordinates {
 impl Coordinates {
     /// Use of texture coordinates by a material.
     pub(super) fn of(material: &Material) -> Self {
-        if material.bsdf.is_anisotropic() {
+        if material.is_anisotropic() {
             Self::Axes
         } else if material.textures().next().is_some() {
             Self::Places

@@ -56,8 +56,19 @@ pub enum Bsdf {
 pub struct Roughness {
     /// D.
     pub distribution: Microfacets,
-    /// α, in [10⁻⁴, 1].
+    /// The roughness α, in [10⁻⁴, 1], along u, the first texture coordinate.
     pub alpha: f64,
+    /// α across u over α along it: 1 for the same in all directions. Without texture coordinates it is 1, and
+    /// so it is of plastic, but for that whose light is scattered once.
+    pub stretch: f64,
+}
+
+impl Roughness {
+    /// Facets that are the same in all directions.
+    #[must_use]
+    pub fn new(distribution: Microfacets, alpha: f64) -> Self {
+        Self { distribution, alpha, stretch: 1.0 }
+    }
 }
 
 /// A diffuse base below a dielectric coating. With ρ the base's reflectance, η the relative index of
@@ -71,7 +82,7 @@ pub struct Roughness {
 /// for a smooth coating, the first term is an ideal mirror s F(θᵢ).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plastic {
-    /// η, the coating's index of refraction relative to the outside; not 1.
+    /// η, the coating's index of refraction relative to the outside; not 1, which is no coating.
     pub eta: f64,
     /// Microfacets of the coating; `None` if it is smooth.
     pub facets: Option<Roughness>,
@@ -170,7 +181,9 @@ impl Bsdf {
     #[must_use]
     pub fn facets(&self) -> Option<Roughness> {
         match *self {
-            Self::RoughConductor { distribution, alpha, .. } => Some(Roughness { distribution, alpha }),
+            Self::RoughConductor { distribution, alpha, stretch, .. } => {
+                Some(Roughness { distribution, alpha, stretch })
+            }
             Self::Plastic(Plastic { facets, .. }) | Self::Dielectric(Dielectric { facets, .. }) => facets,
             _ => None,
         }
@@ -188,10 +201,9 @@ impl Bsdf {
     /// Whether the BSDF is anisotropic, with axes along and orthogonal to u, the first texture coordinate.
     pub(crate) fn is_anisotropic(&self) -> bool {
         match self {
-            Self::RoughConductor { stretch, .. } => *stretch != 1.0,
             Self::Principled(principled) => principled.anisotropic.may_differ_from(0.0),
             Self::PrincipledThin(thin) => thin.anisotropic.may_differ_from(0.0),
-            _ => false,
+            _ => self.facets().is_some_and(|facets| facets.stretch != 1.0),
         }
     }
 
@@ -250,7 +262,7 @@ impl Bsdf {
     pub(crate) fn coating(&self) -> Option<Coating> {
         let Self::Plastic(plastic) = self else { return None };
         Some(match plastic.facets {
-            Some(Roughness { distribution, alpha }) if plastic.scattering != Scattering::Once => {
+            Some(Roughness { distribution, alpha, .. }) if plastic.scattering != Scattering::Once => {
                 Coating::rough(distribution, alpha, plastic.eta)
             }
             _ => Coating::smooth(plastic.eta),

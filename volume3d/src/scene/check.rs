@@ -6,8 +6,8 @@ use flatland::sdf::Sdf as _;
 use glam::{DMat3, DVec2, DVec3};
 
 use super::{
-    Blend, Bsdf, Camera, Description, Dielectric, Environment, Film, Filter, ImplicitShape, Light, Material,
-    Placement, Reflectance, SceneError, Shape, Texture,
+    Blend, Bsdf, Camera, Description, Environment, Film, Filter, ImplicitShape, Light, Material, Placement,
+    Reflectance, Roughness, Scattering, SceneError, Shape, Texture,
 };
 use crate::geometry::{Accelerator, Mesh, MeshError, Normals};
 
@@ -263,23 +263,24 @@ pub(super) fn material(material: &Material, textures: usize) -> Result<(), Scene
         not_negative(id, "the reflectance", *c)?;
     }
     material.textures().try_for_each(|index| check_index(id, index, textures))?;
-    if let Some(alpha) = material.bsdf.roughness() {
+    if let Some(Roughness { alpha, stretch, .. }) = material.bsdf.facets() {
         // Below, the lobe is narrower than the resolution of directions.
         range((1e-4..=1.0).contains(&alpha), id, "the roughness", alpha, "in [1e-4, 1]")?;
+        let across = alpha * stretch;
+        // The stretch is a quotient: their product is off by a rounding each.
+        let most = 1.0 + 2.0 * f64::EPSILON;
+        range((1e-4..=most).contains(&across), id, "the roughness across u", across, "in [1e-4, 1]")?;
     }
-    let rough = material.bsdf.facets().is_some() && !matches!(material.bsdf, Bsdf::Plastic(_));
-    let textured = f64::from(u8::from(material.roughness_texture.is_some()));
+    let coated = matches!(&material.bsdf, Bsdf::Plastic(p) if p.scattering != Scattering::Once);
+    let rough = material.bsdf.facets().is_some() && !coated;
+    let textured = material.roughness_textures.iter().flatten().count() as f64;
     range(
         rough || textured == 0.0,
         id,
         "textures of its roughness",
         textured,
-        "0 unless it is a rough conductor or dielectric",
+        "0 unless it is a rough conductor or dielectric, or plastic whose light is scattered once",
     )?;
-    if let Bsdf::RoughConductor { alpha, stretch, .. } = material.bsdf {
-        let across = alpha * stretch;
-        range((1e-4..=1.0).contains(&across), id, "the roughness across u", across, "in [1e-4, 1]")?;
-    }
     if let Some([eta, k]) = material.bsdf.index_of_refraction() {
         not_negative(id, "eta", eta)?;
         not_negative(id, "k", k)?;
@@ -292,12 +293,14 @@ pub(super) fn material(material: &Material, textures: usize) -> Result<(), Scene
             eta,
             "positive and finite",
         )?;
-        let smooth = matches!(
-            material.bsdf,
-            Bsdf::Dielectric(Dielectric { facets: None, .. }) | Bsdf::ThinDielectric(_)
-        );
-        // Facets do not refract a direction into itself.
-        range(eta != 1.0 || smooth, id, "the relative index of refraction", eta, "other than 1")?;
+        // Microfacets refract no direction into itself, and a coating refracts.
+        let refracts = match &material.bsdf {
+            Bsdf::Dielectric(dielectric) => dielectric.facets.is_some(),
+            Bsdf::Plastic(_) => true,
+            solid @ Bsdf::Principled(_) => solid.transmits(),
+            _ => false,
+        };
+        range(eta != 1.0 || !refracts, id, "the relative index of refraction", eta, "other than 1")?;
     }
     let numbers = material.bsdf.values().into_iter();
     for (what, value, most) in numbers.filter_map(|(what, value, most)| Some((what, value.constant()?, most)))

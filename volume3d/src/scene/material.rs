@@ -40,9 +40,9 @@ pub struct Material {
     pub opacity: Option<Reflectance>,
     /// Bump or normal map, if any.
     pub relief: Option<Relief>,
-    /// Index of a texture whose luminance multiplies the roughness α, with a minimum of 10⁻⁴. Supported by
-    /// rough conductors and dielectrics.
-    pub roughness_texture: Option<usize>,
+    /// Indices of textures whose luminance multiplies the roughness α, along u and orthogonally, with a minimum
+    /// of 10⁻⁴. Supported by rough conductors and dielectrics, and by plastic of single scattering.
+    pub roughness_textures: [Option<usize>; 2],
     /// The material it is mixed with, if any.
     pub blend: Option<Blend>,
     /// Index of the material of its back, if different; must be less than its own.
@@ -63,8 +63,8 @@ impl Material {
     /// A material with only a BSDF, on one or both sides.
     #[must_use]
     pub fn new(id: &str, bsdf: Bsdf, two_sided: bool) -> Self {
-        let (opacity, relief, roughness_texture, blend, back) = (None, None, None, None, None);
-        Self { id: id.to_owned(), bsdf, two_sided, opacity, relief, roughness_texture, blend, back }
+        let (opacity, relief, roughness_textures, blend, back) = (None, None, [None; 2], None, None);
+        Self { id: id.to_owned(), bsdf, two_sided, opacity, relief, roughness_textures, blend, back }
     }
 
     /// A two-sided Lambertian material.
@@ -91,7 +91,13 @@ impl Material {
             Value::Constant(_) => None,
         });
         let colours = [of(self.bsdf.reflectance()), self.opacity.as_ref().and_then(of), relief, weight];
-        colours.into_iter().chain(values).chain([self.roughness_texture]).flatten()
+        colours.into_iter().chain(values).chain(self.roughness_textures).flatten()
+    }
+
+    /// Whether it reflects in another way along u, the first texture coordinate, than across it.
+    pub(crate) fn is_anisotropic(&self) -> bool {
+        let [along, across] = self.roughness_textures;
+        along != across || self.bsdf.is_anisotropic()
     }
 
     /// Indices of the materials that it refers to.

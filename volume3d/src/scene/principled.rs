@@ -15,7 +15,7 @@ pub struct Principled<V = Value> {
     pub anisotropic: V,
     /// Weight of the metallic model.
     pub metallic: V,
-    /// Index of refraction relative to the outside, positive and not 1.
+    /// Index of refraction relative to the outside, positive, and not 1 if it transmits.
     pub eta: f64,
     /// Amount of the base's hue in the dielectric reflection.
     pub spec_tint: V,
@@ -43,7 +43,7 @@ pub struct PrincipledThin<V = Value> {
     pub roughness: V,
     /// Anisotropy, as in [`Principled`].
     pub anisotropic: V,
-    /// Index of refraction, positive and not 1.
+    /// Index of refraction, positive.
     pub eta: f64,
     /// Amount of the base's hue in specular reflection.
     pub spec_tint: V,

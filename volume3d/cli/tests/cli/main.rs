@@ -1,5 +1,6 @@
 //! The command line, from outside: options, messages, exit codes and files.
 
+mod bounds;
 mod fit;
 mod hostile;
 mod not_finite;

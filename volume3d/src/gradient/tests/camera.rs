@@ -222,3 +222,56 @@ fn poses_of_orthographic_sensors_are_about_the_sensor() {
     assert_eq!(FiniteDifference::default().forward(&scene, &wider, &none).unwrap_err(), refused);
     assert_eq!(wider.displaced(&scene, 0.1).unwrap_err(), SceneError::FieldOfView);
 }
+
+/// A scene in a mirror, with its camera, has the same film: a mirrored camera sees another scene as a camera
+/// sees this one. Light and what does not depend on how directions are drawn is the same to rounding; edges
+/// are drawn from their other ends.
+#[test]
+fn a_mirrored_camera_sees_what_is_mirrored() {
+    let mirror = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
+    let filter = Filter::Tent { radius: 1.0 };
+    let scene = square(filter);
+    let mut d = scene.description().clone();
+    d.shapes.iter_mut().for_each(|shape| shape.mesh = shape.mesh.clone().transformed(&mirror));
+    let camera = &mut d.camera;
+    camera.origin = mirror.transform_point3(camera.origin);
+    for axis in [&mut camera.right, &mut camera.up, &mut camera.forward] {
+        *axis = mirror.transform_vector3(*axis);
+    }
+    let mirrored = Scene::new(d).unwrap();
+    let none = Progress::none();
+    let change = |scene: &Scene, sign: f64| {
+        let mut change = Tangent::still(scene);
+        change.translate(scene, 0, DVec3::new(sign, 0.3, 0.2));
+        change.rotate(scene, 0, DVec3::new(sign * 0.1, 0.0, -3.0), sign * DVec3::Z);
+        change
+    };
+    let (plain, turned) = (change(&scene, 1.0), change(&mirrored, -1.0));
+    let area = |scene: &Scene, change: &Tangent| {
+        let method = WarpedArea { samples: 8, seed: 3, ..WarpedArea::default() };
+        method.forward(scene, change, &none).unwrap()
+    };
+    let (a, b) = (area(&scene, &plain), area(&mirrored, &turned));
+    let largest = a.gradient.pixels.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
+    let off = |a: &Image, b: &Image| {
+        a.pixels.iter().zip(&b.pixels).map(|(a, b)| (*a - *b).abs().max_element()).fold(0.0, f64::max)
+    };
+    assert!(largest > 0.0 && off(&a.gradient, &b.gradient) < 1e-9 * largest);
+    assert!(off(&a.image, &b.image) < 1e-9);
+    // Moved the other way, what is mirrored has another derivative: the control.
+    let wrong = area(&mirrored, &change(&mirrored, 1.0));
+    assert!(off(&a.gradient, &wrong.gradient) > 0.1 * largest);
+    let mut comparisons = Comparisons::of("a_mirrored_camera_sees_what_is_mirrored");
+    let weighted = |image: Image| -> Vec<DVec3> {
+        image.pixels.iter().enumerate().map(|(i, g)| *g * (1.0 + (i % 4) as f64)).collect()
+    };
+    let edges = |scene: &Scene, change: &Tangent| {
+        total(|seed| {
+            let method = EdgeSampling { samples: 4, primary: 64, seed, ..EdgeSampling::default() };
+            weighted(method.forward(scene, change, &none).unwrap().gradient)
+        })
+    };
+    let expected = edges(&scene, &plain);
+    comparisons.add("edge sampling".into(), edges(&mirrored, &turned), expected, 0.0, expected.0);
+    comparisons.finish();
+}

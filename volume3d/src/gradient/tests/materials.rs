@@ -48,7 +48,7 @@ fn principled(spec_trans: f64) -> Bsdf {
 }
 
 fn rough() -> Option<Roughness> {
-    Some(Roughness { distribution: Microfacets::Ggx, alpha: 0.3 })
+    Some(Roughness::new(Microfacets::Ggx, 0.3))
 }
 
 /// A cube of a material in front of a sky of radiance 1.
@@ -161,7 +161,7 @@ fn facets_and_numbers_turn_with_their_surface() {
             Principled { roughness: value, metallic: value, clearcoat: value, anisotropic, ..solid };
         Bsdf::Principled(numbers)
     };
-    let below_a_lamp = |bsdf: Bsdf| {
+    let below_a_lamp = |bsdf: Bsdf, across: Option<usize>| {
         let camera = Camera::look_at(DVec3::new(0.0, 0.5, 3.0), DVec3::ZERO, DVec3::Y, 0.3);
         let mut d = Description::new(camera, film(4, Filter::Tent { radius: 1.0 }));
         d.integrator.max_depth = Some(2);
@@ -175,7 +175,8 @@ fn facets_and_numbers_turn_with_their_surface() {
             wrap: Wrap::Clamp,
             to_uv,
         });
-        let material = d.add_material(Material::new("material", bsdf, true));
+        let material = Material::new("material", bsdf, true);
+        let material = d.add_material(Material { roughness_textures: [None, across], ..material });
         d.add_shape("sheet", Mesh::rectangle(), material);
         let lamp = Mesh::rectangle().transformed(&(at(0.6, 0.4, 2.0, 0.3) * DAffine3::from_rotation_y(PI)));
         d.add_emitter("lamp", lamp, DVec3::splat(3.0));
@@ -205,9 +206,13 @@ fn facets_and_numbers_turn_with_their_surface() {
             weighted(method.forward(scene, &change, &none).unwrap().gradient)
         })
     };
-    let isotropic = warped(&below_a_lamp(brushed(1.0)));
-    for (name, bsdf) in [("brushed metal", brushed(0.3)), ("a textured principled material", textured(0.0))] {
-        let scene = below_a_lamp(bsdf);
+    let isotropic = warped(&below_a_lamp(brushed(1.0), None));
+    for (name, bsdf, across) in [
+        ("brushed metal", brushed(0.3), None),
+        ("a metal that a texture brushes", brushed(0.8), Some(0)),
+        ("a textured principled material", textured(0.0), None),
+    ] {
+        let scene = below_a_lamp(bsdf, across);
         let expected = differences(&scene);
         comparisons.add(name.into(), warped(&scene), expected, 0.0, expected.0);
         comparisons.reject("facets without axes", isotropic, expected);

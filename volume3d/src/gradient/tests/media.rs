@@ -262,7 +262,7 @@ fn a_medium_that_loses_nothing_is_empty_space() {
     let furnished = |media: bool| {
         let mut d = room(Filter::Tent { radius: 1.0 }).description().clone();
         d.integrator.max_depth = Some(6);
-        let alpha = Some(Roughness { distribution: Microfacets::Ggx, alpha: 0.3 });
+        let alpha = Some(Roughness::new(Microfacets::Ggx, 0.3));
         for (x, facets) in [(-0.5, None), (0.6, alpha)] {
             let Bsdf::Dielectric(smooth) = glass(1.4).bsdf else { unreachable!() };
             let id = format!("glass at {x}");

@@ -28,7 +28,7 @@ fn metal(alpha: Option<f64>) -> Bsdf {
 }
 
 fn glass(eta: f64, alpha: Option<f64>) -> Bsdf {
-    let facets = alpha.map(|alpha| Roughness { distribution: Microfacets::Ggx, alpha });
+    let facets = alpha.map(|alpha| Roughness::new(Microfacets::Ggx, alpha));
     let specular_transmittance = Reflectance::Constant(DVec3::new(0.9, 0.8, 0.7));
     Bsdf::Dielectric(Dielectric { eta, facets, specular_reflectance: DVec3::ONE, specular_transmittance })
 }
@@ -106,7 +106,7 @@ fn weights_and_roughnesses_move_with_their_surface() {
     };
     let rough = |textured: bool| {
         let mut d = sheet([metal(Some(0.5)), metal(Some(0.5))], Value::Constant(0.0));
-        (d.materials[1].blend, d.materials[1].roughness_texture) = (None, textured.then_some(0));
+        (d.materials[1].blend, d.materials[1].roughness_textures) = (None, [textured.then_some(0); 2]);
         d
     };
     let cases = [

@@ -52,11 +52,15 @@ pub enum MeshProblem {
         /// Number of vertices.
         vertices: usize,
     },
-    /// Some corners have what others lack.
-    #[error("some corners have {what} and others have none; give all or none")]
-    Mixed {
-        /// "normals" or "texture coordinates".
-        what: &'static str,
+    /// A list of texture coordinates that does not fit its face.
+    #[error(
+        "the list texcoord has {found} numbers for a face of {corners} corners; give two for each corner, or none"
+    )]
+    FaceCoordinates {
+        /// How many numbers there are.
+        found: usize,
+        /// How many corners the face has.
+        corners: usize,
     },
     /// An attribute that the file does not have.
     #[error("there is no attribute \"{name}\" of one or three numbers; the file has {known}")]

@@ -62,7 +62,7 @@ pub(super) fn projector<'a>(
 /// Where it stands and how it is turned.
 fn place(object: &Object<'_>) -> Result<(DVec3, DMat3), Error> {
     match object.affine("to_world")? {
-        Some((element, map)) => Ok((map.translation, transform::rotation(element, &map)?)),
+        Some((element, map)) => Ok((map.translation, transform::orthogonal(element, &map)?)),
         None => Ok((DVec3::ZERO, DMat3::IDENTITY)),
     }
 }

@@ -2,21 +2,19 @@
 
 use glam::DVec3;
 
+use super::alpha::Alpha;
 use super::element::Element;
 use super::metals;
 use super::object::Object;
 use super::reader::Reader;
 use super::support;
 use crate::io::{Error, ImageProblem, SceneProblem};
-use crate::scene::{Blend, Bsdf, Material, Microfacets, Reflectance, Relief, Value};
+use crate::scene::{Blend, Bsdf, Material, Reflectance, Relief, Roughness, Value};
 
 /// Mitsuba's diffuse reflectance where none is given.
 pub(super) const DEFAULT_REFLECTANCE: f64 = 0.5;
 /// What to do where one part of a mixture has two sides.
 const AROUND_BOTH: &str = "put it around the blendbsdf, or around both parts";
-/// Mitsuba's roughness where none is given.
-const DEFAULT_ALPHA: f64 = 0.1;
-
 /// How many materials may be within one another.
 const MOST_WITHIN: usize = 16;
 
@@ -74,9 +72,8 @@ impl<'a> Reader<'a> {
             object.finish()?;
             object = Object::new(inner, &self.ids)?;
         }
-        let roughness_texture = self.roughness_texture(&object)?;
         let passed = passed(&object)?;
-        let bsdf = self.bsdf(&object)?;
+        let (bsdf, roughness_textures) = self.bsdf(&object)?;
         if let Some(passed) = passed {
             // Light passes what is not there; the rest is black.
             opacity = Some(Reflectance::Constant(DVec3::splat(1.0 - passed)));
@@ -106,7 +103,7 @@ impl<'a> Reader<'a> {
         }
         let id = self.name(element, self.materials.len());
         let material = Material::new(&id, bsdf, two_sided);
-        self.materials.push(Material { opacity, relief, roughness_texture, blend, back, ..material });
+        self.materials.push(Material { opacity, relief, roughness_textures, blend, back, ..material });
         self.material_of.insert(std::ptr::from_ref(element), self.materials.len() - 1);
         Ok(self.materials.len() - 1)
     }
@@ -117,31 +114,18 @@ impl<'a> Reader<'a> {
         opacity.is_none() && relief.is_none() && back.is_none()
     }
 
-    /// The texture of the roughness, for materials that take one.
-    fn roughness_texture(&mut self, object: &Object<'a>) -> Result<Option<usize>, Error> {
-        if !matches!(object.plugin, "roughconductor" | "roughdielectric") {
-            return Ok(None);
-        }
-        let Some(element) = object.parameter("alpha").filter(|element| element.tag == "texture") else {
-            return Ok(None);
-        };
-        let index = self.texture(element)?;
-        self.check_texels(element, index, 1.0)?;
-        Ok(Some(index))
-    }
-
     /// How much there is of the second material of two. Which it is is not known yet.
     fn blend_weight(&mut self, object: &Object<'a>) -> Result<(Value, usize), Error> {
         let weight = match object.parameter("weight") {
             None => return Err(object.missing("weight")),
             Some(element) if element.tag == "texture" => {
-                let index = self.texture(element)?;
+                let index = self.number_texture(element)?;
                 self.check_texels(element, index, 1.0)?;
                 Value::Texture(index)
             }
             Some(_) => {
                 let within = |x| (0.0..=1.0).contains(&x);
-                let weight = object.float_where("weight", "a number between 0 and 1", within)?;
+                let weight = object.number_where("weight", "a number between 0 and 1", within)?;
                 Value::Constant(weight.unwrap_or_default())
             }
         };
@@ -162,7 +146,12 @@ impl<'a> Reader<'a> {
         *self.default_materials[usize::from(emits)].insert(self.materials.len() - 1)
     }
 
-    fn bsdf(&mut self, object: &Object<'a>) -> Result<Bsdf, Error> {
+    /// The model, and textures of its roughness.
+    fn bsdf(&mut self, object: &Object<'a>) -> Result<(Bsdf, [Option<usize>; 2]), Error> {
+        let alpha = match object.plugin {
+            "roughconductor" | "roughdielectric" | "roughplastic" | "pplastic" => self.alpha(object)?,
+            _ => Alpha::default(),
+        };
         let bsdf = match object.plugin {
             plugin if FILTERS.contains(&plugin) => {
                 Bsdf::Diffuse { reflectance: Reflectance::Constant(DVec3::ZERO) }
@@ -170,50 +159,41 @@ impl<'a> Reader<'a> {
             "diffuse" => {
                 Bsdf::Diffuse { reflectance: self.reflectance(object, "reflectance", DEFAULT_REFLECTANCE)? }
             }
-            "conductor" => {
+            "conductor" | "roughconductor" => {
                 let (eta, k) = index_of_refraction(object)?;
                 let specular_reflectance = self.reflectance(object, "specular_reflectance", 1.0)?;
-                Bsdf::Conductor { eta, k, specular_reflectance }
-            }
-            "roughconductor" => {
-                let (eta, k) = index_of_refraction(object)?;
-                // Changes noise only.
-                object.boolean("sample_visible")?;
-                let [alpha, across] = roughnesses(object)?;
-                Bsdf::RoughConductor {
-                    distribution: distribution(object)?,
-                    alpha,
-                    stretch: across / alpha,
-                    eta,
-                    k,
-                    specular_reflectance: self.reflectance(object, "specular_reflectance", 1.0)?,
+                match alpha.facets {
+                    Some(Roughness { distribution, alpha, stretch }) => {
+                        Bsdf::RoughConductor { distribution, alpha, stretch, eta, k, specular_reflectance }
+                    }
+                    None => Bsdf::Conductor { eta, k, specular_reflectance },
                 }
             }
-            "plastic" => self.plastic(object, false, false)?,
-            "roughplastic" => self.plastic(object, true, false)?,
+            "plastic" | "roughplastic" => self.plastic(object, alpha.facets, false)?,
             "pplastic" => {
                 object.note("light is unpolarised");
-                self.plastic(object, true, true)?
+                self.plastic(object, alpha.facets, true)?
             }
-            "dielectric" => Bsdf::Dielectric(self.dielectric(object, false)?),
-            "thindielectric" => Bsdf::ThinDielectric(self.dielectric(object, false)?),
-            "roughdielectric" => Bsdf::Dielectric(self.dielectric(object, true)?),
+            "dielectric" | "roughdielectric" => Bsdf::Dielectric(self.dielectric(object, alpha.facets)?),
+            "thindielectric" => Bsdf::ThinDielectric(self.dielectric(object, None)?),
             "principled" => self.principled(object)?,
             "principledthin" => self.principled_thin(object)?,
             _ => return Err(object.unknown_plugin("bsdf", support::BSDFS)),
         };
         object.finish()?;
-        Ok(bsdf)
+        // What is no boundary has no facets either.
+        let textures = if bsdf.facets().is_some() { alpha.textures } else { [None; 2] };
+        Ok((bsdf, textures))
     }
 
     fn bump_map(&mut self, object: &Object<'a>) -> Result<Relief, Error> {
         let scale = object.float("scale")?.unwrap_or(1.0);
-        let texture = object.at_most_one("<texture>")?.ok_or_else(|| object.missing("a nested <texture>"))?;
+        let texture = nested_texture(object)?.ok_or_else(|| object.missing("a nested <texture>"))?;
         Ok(Relief::Bump { texture: self.texture(texture)?, scale })
     }
 
     fn normal_map(&mut self, object: &Object<'a>) -> Result<Relief, Error> {
-        let texture = object.at_most_one("<texture>")?.ok_or_else(|| object.missing("normalmap"))?;
+        let texture = nested_texture(object)?.ok_or_else(|| object.missing("normalmap"))?;
         Ok(Relief::Normals { texture: self.texture(texture)? })
     }
 
@@ -235,7 +215,7 @@ impl<'a> Reader<'a> {
             }
             return Err(element.bad_value(name, &colour.to_string(), "numbers between 0 and 1"));
         }
-        let index = self.texture(element)?;
+        let index = if name == "opacity" { self.number_texture(element)? } else { self.texture(element)? };
         self.check_texels(element, index, 1.0)?;
         Ok(Reflectance::Texture(index))
     }
@@ -303,39 +283,16 @@ fn parts<'a>(object: &Object<'a>) -> Result<(&'a Element, Option<&'a Element>), 
     }
 }
 
-pub(super) fn distribution(object: &Object<'_>) -> Result<Microfacets, Error> {
-    let names = ["beckmann", "ggx"];
-    let choice = object.choice("distribution", &names, "beckmann or ggx")?;
-    Ok(if choice == Some(1) { Microfacets::Ggx } else { Microfacets::Beckmann })
-}
-
-/// α of facets that are the same in all directions.
-pub(super) fn roughness(object: &Object<'_>) -> Result<f64, Error> {
-    let [u, v] = roughnesses(object)?;
-    if u != v {
-        return Err(object.element.unsupported("an alpha_u other than alpha_v", "give one alpha"));
-    }
-    Ok(u)
-}
-
-/// α along u, the first texture coordinate, and across it.
-fn roughnesses(object: &Object<'_>) -> Result<[f64; 2], Error> {
-    let (u, v) = (object.positive("alpha_u")?, object.positive("alpha_v")?);
-    // A texture is read as a factor on 1.
-    let is_textured = matches!(object.plugin, "roughconductor" | "roughdielectric")
-        && object.parameter("alpha").is_some_and(|element| element.tag == "texture");
-    let alpha = if is_textured { Some(1.0) } else { object.positive("alpha")? };
-    match (alpha, u, v) {
-        (alpha, None, None) => Ok([alpha.unwrap_or(DEFAULT_ALPHA); 2]),
-        (None, Some(u), Some(v)) => Ok([u, v]),
-        (None, None, _) => Err(object.missing("alpha_u beside alpha_v")),
-        (None, _, None) => Err(object.missing("alpha_v beside alpha_u")),
-        (Some(_), _, _) => Err(object.conflict("alpha", "alpha_u and alpha_v")),
+/// The texture within a relief, which may be the same everywhere.
+fn nested_texture<'a>(object: &Object<'a>) -> Result<Option<&'a Element>, Error> {
+    match object.at_most_one("<texture>")? {
+        Some(texture) => Ok(Some(texture)),
+        None => object.at_most_one("<spectrum>"),
     }
 }
 
 /// η and k; 0 and 1, which reflect everything, unless given.
-fn index_of_refraction(object: &Object<'_>) -> Result<(DVec3, DVec3), Error> {
+pub(super) fn index_of_refraction(object: &Object<'_>) -> Result<(DVec3, DVec3), Error> {
     let material = object.string("material")?;
     let (eta, k) = (object.colour("eta")?, object.colour("k")?);
     // Versions before 2 have the index of what is around.

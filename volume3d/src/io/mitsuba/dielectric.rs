@@ -39,55 +39,49 @@ const INDICES: [(&str, f64); 23] = [
 const EXPECTED: &str = "a number, or vacuum, helium, hydrogen, air, carbon dioxide, water, acetone, ethanol, carbon tetrachloride, glycerol, benzene, silicone oil, bromine, water ice, fused quartz, pyrex, acrylic glass, polypropylene, bk7, sodium chloride, amber, pet or diamond";
 
 /// What stands for the inside of glass and of plastic where none is given.
-const GLASS: f64 = 1.5046;
+pub(super) const GLASS: f64 = 1.5046;
 const PLASTIC: f64 = 1.49;
 
 impl<'a> Reader<'a> {
-    /// One whose light is scattered once is rough.
-    pub(super) fn plastic(&mut self, object: &Object<'a>, rough: bool, once: bool) -> Result<Bsdf, Error> {
+    /// One whose light is scattered once or again and again; without a boundary, its base.
+    pub(super) fn plastic(
+        &mut self,
+        object: &Object<'a>,
+        facets: Option<Roughness>,
+        once: bool,
+    ) -> Result<Bsdf, Error> {
         let eta = relative_index(object, PLASTIC)?;
+        let diffuse_reflectance =
+            self.reflectance(object, "diffuse_reflectance", bsdf::DEFAULT_REFLECTANCE)?;
+        let specular_reflectance = specular(object)?;
+        let nonlinear = !once && object.boolean("nonlinear")? == Some(true);
         if eta == 1.0 {
-            return Err(no_boundary(object));
+            object.note("int_ior is ext_ior: there is no coating, and the material is diffuse");
+            return Ok(Bsdf::Diffuse { reflectance: diffuse_reflectance });
         }
-        Ok(Bsdf::Plastic(Plastic {
-            eta,
-            facets: rough.then(|| facets(object)).transpose()?,
-            diffuse_reflectance: self.reflectance(
-                object,
-                "diffuse_reflectance",
-                bsdf::DEFAULT_REFLECTANCE,
-            )?,
-            specular_reflectance: specular(object)?,
-            scattering: match once {
-                true => Scattering::Once,
-                false if object.boolean("nonlinear")? == Some(true) => Scattering::Nonlinear,
-                false => Scattering::Linear,
-            },
-        }))
+        let scattering = match (once, nonlinear) {
+            (true, _) => Scattering::Once,
+            (_, true) => Scattering::Nonlinear,
+            _ => Scattering::Linear,
+        };
+        Ok(Bsdf::Plastic(Plastic { eta, facets, diffuse_reflectance, specular_reflectance, scattering }))
     }
 
-    pub(super) fn dielectric(&mut self, object: &Object<'a>, rough: bool) -> Result<Dielectric, Error> {
+    pub(super) fn dielectric(
+        &mut self,
+        object: &Object<'a>,
+        facets: Option<Roughness>,
+    ) -> Result<Dielectric, Error> {
         let eta = relative_index(object, GLASS)?;
-        if rough && eta == 1.0 {
-            return Err(no_boundary(object));
+        let specular_reflectance = specular(object)?;
+        let specular_transmittance = self.reflectance(object, "specular_transmittance", 1.0)?;
+        if eta == 1.0 && facets.is_some() {
+            object.note("int_ior is ext_ior: there is no boundary, and light passes in a straight line");
         }
-        Ok(Dielectric {
-            eta,
-            facets: rough.then(|| facets(object)).transpose()?,
-            specular_reflectance: specular(object)?,
-            specular_transmittance: self.reflectance(object, "specular_transmittance", 1.0)?,
-        })
+        // Facets refract no direction into itself.
+        let facets = facets.filter(|_| eta != 1.0);
+        Ok(Dielectric { eta, facets, specular_reflectance, specular_transmittance })
     }
-}
-
-fn no_boundary(object: &Object<'_>) -> Error {
-    object.element.unsupported("int_ior equal to ext_ior", "give two different indices of refraction")
-}
-
-fn facets(object: &Object<'_>) -> Result<Roughness, Error> {
-    // Changes noise only.
-    object.boolean("sample_visible")?;
-    Ok(Roughness { distribution: bsdf::distribution(object)?, alpha: bsdf::roughness(object)? })
 }
 
 /// A factor on what is reflected, the same everywhere.
@@ -100,7 +94,7 @@ fn specular(object: &Object<'_>) -> Result<DVec3, Error> {
 }
 
 /// `int_ior` over `ext_ior`, by number or name; the outside is air unless given.
-fn relative_index(object: &Object<'_>, inside: f64) -> Result<f64, Error> {
+pub(super) fn relative_index(object: &Object<'_>, inside: f64) -> Result<f64, Error> {
     let inside = index(object, "int_ior")?.unwrap_or(inside);
     let outside = index(object, "ext_ior")?.unwrap_or(1.000_277);
     Ok(inside / outside)

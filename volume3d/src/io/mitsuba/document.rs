@@ -9,6 +9,8 @@ use super::animation;
 use super::element::{Element, Open};
 use super::folders::{Folders, MOST_FOLDERS};
 use super::journal::Journal;
+use super::spectrum::CONSTANT;
+use super::transform;
 use super::upgrade;
 use super::variables::{MOST_TEXT, Problem, Variables};
 use crate::io::error::excerpt;
@@ -55,6 +57,7 @@ impl Document {
         }
         let Builder { folders, journal, aliases, .. } = builder;
         animation::stop(&mut root, &journal);
+        transform::note_axes(&root, &journal);
         Ok(Self { root, folders, journal, aliases })
     }
 
@@ -183,6 +186,9 @@ impl Builder<'_> {
         }
         if file.is_old {
             upgrade::parameters(&mut element)?;
+        }
+        if element.tag == "texture" && element.attribute("type").is_some_and(|t| CONSTANT.contains(&t)) {
+            "spectrum".clone_into(&mut element.tag);
         }
         Ok(element)
     }

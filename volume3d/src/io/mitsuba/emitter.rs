@@ -75,7 +75,7 @@ fn map<'a>(reader: &mut Reader<'a>, object: &Object<'a>, id: String) -> Result<E
     // Changes noise only.
     object.boolean("mis_compensation")?;
     let to_world = match object.affine("to_world")? {
-        Some((element, map)) => transform::rotation(element, &map)?,
+        Some((element, map)) => transform::orthogonal(element, &map)?,
         None => DMat3::IDENTITY,
     };
     let image = reader.image(object, false)?;

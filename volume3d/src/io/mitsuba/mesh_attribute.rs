@@ -24,15 +24,15 @@ impl<'a> Reader<'a> {
         let material = self.material(bsdf).and_then(|material| {
             let mut parts = parts(&self.materials, material).into_iter().map(|part| &self.materials[part]);
             let is_attribute = |texture| self.attribute_textures.contains(&texture);
-            let fits = parts
-                .all(|m| m.textures().all(is_attribute) && m.relief.is_none() && !m.bsdf.is_anisotropic());
+            let fits =
+                parts.all(|m| m.textures().all(is_attribute) && m.relief.is_none() && !m.is_anisotropic());
             if fits {
                 return Ok(material);
             }
             Err(bsdf.unsupported("a mesh_attribute beside an image, a relief or a brushed surface", ALONE))
         });
         self.attributes = None;
-        let instead = "the material is a grey diffuse one on both sides";
+        let instead = self.instead(bsdf);
         let journal = self.journal.clone();
         let material = journal.accept(material, bsdf, instead);
         let material = material.unwrap_or_else(|| {

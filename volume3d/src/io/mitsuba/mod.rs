@@ -14,17 +14,17 @@
 //!   is true, a hundred times slower, or without any with 0 cells, slower still; `to_world` as above. Without a file it is a new one, about a ball: `hidden` (4), `width` (64), `sharpness` (100),
 //!   `frequencies` (0), `radius` (0.5), `seed`.
 //!
-//! `default`, `$name`, `include`, `path`, `alias`, `ref` and all transforms are understood. Files are looked for in the folders
-//! of `<path>`, the last first, then beside the main file, then beside the file that names them. Files of versions before 2
-//! are upgraded as Mitsuba does it: names in camelCase, `uscale` and the like.
+//! `default`, `$name`, `include`, `path`, `alias`, `ref` and all transforms are understood. Files are looked
+//! for in the folders of `<path>`, the last first, then beside the main file, then beside the file that names
+//! them. Files of versions before 2 are upgraded as Mitsuba does it: names in camelCase, `uscale` and the
+//! like. A checkerboard that gives numbers, as of `roughness` or `opacity`, has them in each other's places,
+//! as in Mitsuba 3.9.
 //!
 //! # Deviations from Mitsuba
 //! - Spheres, disks and cylinders are meshes, within a [thousandth](crate::geometry::TOLERANCE) of their radius, with the
 //!   normals of what they are meshes of. Derivatives are those of the meshes.
 //! - Steps within a texture, of a `checkerboard` or with `filter_type` `nearest`, are narrow ramps: a step moves with its
 //!   surface, and derivatives would miss its motion. A checkerboard's are 1/128 of its period wide.
-//! - A checkerboard has its colours in the same places whether a colour or a number is asked for. Mitsuba 3.9 swaps the two
-//!   where it is a number, as of `roughness` or `opacity`.
 //! - `bsplinecurve` and `linearcurve` are meshes, within a thousandth of the largest radius; their control points are moved by
 //!   `to_world`, and their radii are not. Of a curve of lines, what a cone hides of the spheres beside it is left out, and other
 //!   hidden parts are there. What looks into an open end sees the inside, which Mitsuba leaves out. A scene whose curves have
@@ -32,7 +32,17 @@
 //! - An `instance` is a copy with vertices of its own of every shape in its `shapegroup`, called by its own name and theirs.
 //! - Spectra and named metals become linear RGB where they are read, by the CIE observer of 1931: under D65 unless they are
 //!   of an emitter. `blackbody` is read too, which Mitsuba's RGB variants refuse.
-//! - `<rotate>` is a rotation whatever the length of its axis; Mitsuba's is none unless that is 1.
+//! - Where `eta` of `principled` is 1, its metal and its tint reflect as with an `eta` close to it; Mitsuba
+//!   3.9 leaves them out.
+//! - `<rotate>` is a rotation whatever the length of its axis; Mitsuba's is none unless that is 1. A note
+//!   says so in every run.
+//! - Corners of triangles without texture coordinates, in an OBJ or PLY file of which others have some, are
+//!   at (0, 0), and those without normals have their triangle's; in Mitsuba both are undefined. A note says
+//!   so in every run.
+//! - The list `texcoord` of PLY faces, which Mitsuba refuses, is the texture coordinates of their corners.
+//! - Facets of α = 0 are the smooth material, as `conductor` is of `roughconductor`; Mitsuba's have an α of
+//!   10⁻⁴. Rough materials whose `int_ior` is their `ext_ior`, which Mitsuba refuses, have no boundary: light
+//!   passes in a straight line, or the base of plastic is there alone.
 //! - `direct` renders all direct light however many `emitter_samples` and `bsdf_samples` there are, as one
 //!   of each does. Mitsuba 3.9 has the same image of lights with an extent, adds up point lights once for
 //!   each of several `emitter_samples`, and leaves them out without any.
@@ -89,6 +99,7 @@
 //!
 //! [`Light::Directional`]: crate::scene::Light::Directional
 
+mod alpha;
 mod animation;
 mod attribute;
 mod beam;
@@ -121,6 +132,7 @@ mod sensor;
 mod shape;
 mod spectrum;
 mod steps;
+mod substitute;
 mod support;
 mod texture;
 mod transform;
@@ -155,8 +167,9 @@ pub struct ReadOptions {
     /// Columns and rows of the film, in the place of those that the scene gives. The field of view stays what it is along the
     /// axis to which the scene's `fov` refers.
     pub size: Option<(usize, usize)>,
-    /// Whether what is not supported is replaced or left out, with a [`Note`] each, in the place of an error: a material by a
-    /// grey diffuse one or by its diffuse part, an integrator by `path`, a sensor by `perspective`. The image is then another
+    /// Whether what is not supported is replaced or left out, with a [`Note`] each, in the place of an error:
+    /// a material by a grey diffuse one or by its diffuse part, metal by metal and glass by glass with what
+    /// can be read of them, an integrator by `path`, a sensor by `perspective`. The image is then another
     /// one. What is wrong and not only unsupported is left out too.
     pub is_lenient: bool,
 }

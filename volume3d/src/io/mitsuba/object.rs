@@ -12,6 +12,9 @@ use super::spectrum::Meaning;
 use super::{harmless, spectrum, support, transform, values};
 use crate::io::{Error, SceneProblem};
 
+/// Rec. 709, of linear RGB.
+const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
+
 /// The elements that are parameters.
 const VALUES: [&str; 12] = [
     "float",
@@ -182,6 +185,30 @@ impl<'a> Object<'a> {
         };
         let number = values::number(element, name, value)?;
         if holds(number) { Ok(Some(number)) } else { Err(element.bad_value(name, value, expected)) }
+    }
+
+    /// The same of a number that may be a texture: `<float>`, or a texture that is the same everywhere, of a
+    /// colour its luminance.
+    pub(super) fn number_where(
+        &self,
+        name: &'static str,
+        expected: &'static str,
+        holds: impl Fn(f64) -> bool,
+    ) -> Result<Option<f64>, Error> {
+        let Some(element) = self.parameter(name).filter(|element| element.tag == "spectrum") else {
+            return self.float_where(name, expected, holds);
+        };
+        let Some(colour) = self.colour(name)? else { return Ok(None) };
+        let is_grey = colour == DVec3::splat(colour.x);
+        let number = if is_grey { colour.x } else { LUMINANCE.dot(colour) };
+        if !is_grey {
+            self.journal.note(element, format!("the colour is read as its luminance, {number}"));
+        }
+        if holds(number) {
+            Ok(Some(number))
+        } else {
+            Err(element.bad_value(name, &number.to_string(), expected))
+        }
     }
 
     pub(super) fn positive(&self, name: &'static str) -> Result<Option<f64>, Error> {

@@ -26,13 +26,14 @@ pub(super) fn camera<'a>(object: &Object<'a>) -> Result<(Camera, Clips<'a>), Err
     let [left, up, forward] = axes;
     let is_frame = axes.iter().all(|axis| axis.is_finite())
         && [left.dot(up), up.dot(forward), forward.dot(left)].iter().all(|c| c.abs() < TOLERANCE);
-    if !is_frame || m.determinant() < 0.0 {
-        let expected = "scales along x, y and z, and a rigid motion without a mirror";
+    if !is_frame {
+        let expected = "scales along x, y and z, and a rigid motion";
         return Err(element.bad_value("transform", &format!("{m}"), expected));
     }
     // Exactly orthonormal.
     let left = up.cross(forward).normalize();
     let up = forward.cross(left);
+    let left = if m.determinant() < 0.0 { -left } else { left };
     let behind = FAR * x;
     object.note(format!("the orthographic sensor is read as a perspective one {behind} behind it, whose rays are nearly parallel"));
     let clips = Clips::read(object)?.of_sensor(object.element, z, behind);

@@ -8,7 +8,6 @@ use crate::scene::{Bsdf, Principled, PrincipledThin, Value};
 
 /// Mitsuba's roughness, and its `specular` where neither that nor `eta` is given.
 const DEFAULT_ROUGHNESS: f64 = 0.5;
-const LEAST_ROUGHNESS: f64 = 1e-4;
 const DEFAULT_SPECULAR: f64 = 0.5;
 /// Mitsuba's index of refraction of a sheet.
 const DEFAULT_SHEET_ETA: f64 = 1.5;
@@ -24,7 +23,7 @@ impl<'a> Reader<'a> {
         let spec_trans = self.weight(object, "spec_trans")?;
         Ok(Bsdf::Principled(Principled {
             base_color: self.reflectance(object, "base_color", bsdf::DEFAULT_REFLECTANCE)?,
-            roughness: self.roughness(object)?,
+            roughness: self.value(object, "roughness", DEFAULT_ROUGHNESS, 1.0)?,
             anisotropic: self.weight(object, "anisotropic")?,
             metallic: self.weight(object, "metallic")?,
             eta: index(object, spec_trans.may_differ_from(0.0))?,
@@ -50,9 +49,9 @@ impl<'a> Reader<'a> {
         }
         Ok(Bsdf::PrincipledThin(PrincipledThin {
             base_color: self.reflectance(object, "base_color", bsdf::DEFAULT_REFLECTANCE)?,
-            roughness: self.roughness(object)?,
+            roughness: self.value(object, "roughness", DEFAULT_ROUGHNESS, 1.0)?,
             anisotropic: self.weight(object, "anisotropic")?,
-            eta: proper_index(object, object.positive("eta")?.unwrap_or(DEFAULT_SHEET_ETA))?,
+            eta: object.positive("eta")?.unwrap_or(DEFAULT_SHEET_ETA),
             spec_tint: self.weight(object, "spec_tint")?,
             spec_trans: self.weight(object, "spec_trans")?,
             diff_trans: self.value(object, "diff_trans", 0.0, 2.0)?,
@@ -77,33 +76,15 @@ impl<'a> Reader<'a> {
         let Some(element) = object.parameter(name).filter(|element| element.tag == "texture") else {
             return Ok(value_in(object, name, most)?.unwrap_or(default).into());
         };
-        let index = self.texture(element)?;
+        let index = self.number_texture(element)?;
         self.check_texels(element, index, most)?;
-        if element.attribute("type") == Some("checkerboard") {
-            self.journal.note(
-                element,
-                "color0 and color1 are where they would be of a colour; Mitsuba 3.9 swaps them",
-            );
-        }
         Ok(Value::Texture(index))
-    }
-
-    /// Positive, so that the lobe has a width; α is at least 10⁻³ anyhow.
-    fn roughness(&mut self, object: &Object<'a>) -> Result<Value, Error> {
-        let value = self.value(object, "roughness", DEFAULT_ROUGHNESS, 1.0)?;
-        match value.constant() {
-            Some(r) if r < LEAST_ROUGHNESS => {
-                let element = object.parameter("roughness").unwrap_or(object.element);
-                Err(element.bad_value("roughness", &r.to_string(), "a number between 0.0001 and 1"))
-            }
-            _ => Ok(value),
-        }
     }
 }
 
 fn value_in(object: &Object<'_>, name: &'static str, most: f64) -> Result<Option<f64>, Error> {
     let expected = if most > 1.0 { "a number between 0 and 2" } else { "a number between 0 and 1" };
-    object.float_where(name, expected, |x| (0.0..=most).contains(&x))
+    object.number_where(name, expected, |x| (0.0..=most).contains(&x))
 }
 
 /// The index of refraction, by itself or by `specular`: η = 2/(1 − √(0.08 s)) − 1.
@@ -114,18 +95,11 @@ fn index(object: &Object<'_>, passes: bool) -> Result<f64, Error> {
         (Some(_), Some(_)) => Err(object.conflict("eta", "specular")),
         // As in Mitsuba, a boundary that refracts has to be one.
         (Some(eta), None) if eta == 1.0 && passes => Ok(1.001),
-        (Some(eta), None) => proper_index(object, eta),
+        (Some(eta), None) => Ok(eta),
         (None, specular) => {
             let specular = specular.unwrap_or(DEFAULT_SPECULAR);
             let specular = if specular == 0.0 { 1e-3 } else { specular };
             Ok(2.0 / (1.0 - (0.08 * specular).sqrt()) - 1.0)
         }
     }
-}
-
-fn proper_index(object: &Object<'_>, eta: f64) -> Result<f64, Error> {
-    if eta == 1.0 {
-        return Err(object.element.bad_value("eta", "1", "a number other than 1"));
-    }
-    Ok(eta)
 }

@@ -4,14 +4,11 @@ use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;
 use std::rc::Rc;
 
-use glam::DVec3;
-
 use super::attribute::Attributes;
 use super::document::Document;
 use super::element::{Element, Open};
 use super::journal::Journal;
 use super::object::Ids;
-use super::values;
 use crate::io::{Error, SceneProblem};
 use crate::scene::{Environment, ImplicitShape, Light, Material, Medium, Shape, Texture};
 
@@ -27,7 +24,8 @@ pub(super) struct Reader<'a> {
     /// How many vertices the curves have so far.
     pub(super) curve_vertices: usize,
     pub(super) textures: Vec<Texture>,
-    pub(super) texture_of: HashMap<*const Element, usize>,
+    /// Textures by their element, and by whether they give numbers.
+    pub(super) texture_of: HashMap<(*const Element, bool), usize>,
     pub(super) materials: Vec<Material>,
     pub(super) material_of: HashMap<*const Element, usize>,
     /// Materials of shapes without a bsdf, by whether the shape emits.
@@ -87,21 +85,6 @@ impl<'a> Reader<'a> {
     /// Finds and reads a file that an element names.
     pub(super) fn file(&self, element: &Element, name: &str) -> Result<(PathBuf, Vec<u8>), Error> {
         element.open(name, &self.document.folders, self.open)
-    }
-
-    /// A grey material on both sides, in the place of one that is refused.
-    pub(super) fn substitute(&mut self, element: &Element) -> usize {
-        if let Some(&index) = self.material_of.get(&std::ptr::from_ref(element)) {
-            return index;
-        }
-        let id = self.name(element, self.materials.len());
-        let reflectance = ["reflectance", "diffuse_reflectance", "base_color"].iter().find_map(|name| {
-            let child = element.children.iter().find(|c| c.attribute("name") == Some(name))?;
-            values::colour(child).ok().filter(|c| c.min_element() >= 0.0 && c.max_element() <= 1.0)
-        });
-        self.materials.push(Material::diffuse(&id, reflectance.unwrap_or(DVec3::splat(0.5))));
-        self.material_of.insert(std::ptr::from_ref(element), self.materials.len() - 1);
-        self.materials.len() - 1
     }
 
     /// The id of an element, or a name that nothing else has.

@@ -39,7 +39,7 @@ impl Reader<'_> {
             None => None,
         };
         // These may be what sensors and shapes refer to.
-        for tag in ["<sampler>", "<film>", "<medium>", "<phase>"] {
+        for tag in ["<sampler>", "<film>", "<medium>", "<phase>", "<spectrum>"] {
             scene.nested(tag);
         }
 

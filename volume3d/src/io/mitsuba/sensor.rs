@@ -124,7 +124,7 @@ fn camera<'a>(object: &Object<'a>, radius: f64, aspect: f64) -> Result<(Camera, 
     object.float("shutter_open")?;
     object.float("shutter_close")?;
     let (frame, origin) = match object.affine("to_world")? {
-        Some((element, map)) => (transform::rotation(element, &map)?, map.translation),
+        Some((element, map)) => (transform::orthogonal(element, &map)?, map.translation),
         None => (DAffine3::IDENTITY.matrix3, DVec3::ZERO),
     };
     // Mitsuba's x axis points to the left of the image.

@@ -1,13 +1,13 @@
 //! Shapes.
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DMat3, DVec2, DVec3};
 
 use super::attribute::{self, Attributes};
 use super::element::Element;
 use super::object::Object;
 use super::reader::Reader;
 use super::{emitter, support, transform};
-use crate::geometry::{Mesh, TOLERANCE};
+use crate::geometry::{Attribute, Mesh, TOLERANCE};
 use crate::io::soup::Soup;
 use crate::io::{At, Error, MeshFormat, MeshProblem, Place, serialized};
 use crate::scene::{Material, Shape, parts};
@@ -58,6 +58,15 @@ impl<'a> Reader<'a> {
             return Err(element.unsupported(attribute::BESIDE_TEXTURES, attribute::ALONE));
         }
         self.check_seen(element, material, mesh.uvs())?;
+        let is_file = matches!(object.plugin, "obj" | "ply" | "serialized");
+        let is_textured =
+            emitted.is_some_and(|(_, texture)| texture.is_some()) || self.needs_coordinates(material);
+        let mesh = if is_file && is_textured && mesh.uvs().is_none() {
+            self.journal.note_image(element, EACH_TRIANGLE);
+            coordinates_of_triangles(&object, mesh)?
+        } else {
+            mesh
+        };
         let boundary = self.boundary(&object, material)?;
         object.finish()?;
         let id = self.name(element, self.shapes.len());
@@ -73,7 +82,7 @@ impl<'a> Reader<'a> {
             );
         }
         if emitted.is_some()
-            && matches!(object.plugin, "obj" | "ply" | "serialized")
+            && is_file
             && let Some(text) = emission(&mesh, &id)
         {
             self.journal.note_image(element, text);
@@ -87,11 +96,17 @@ impl<'a> Reader<'a> {
     /// A material, or grey where it is refused, so that the rest of the shape is looked at too.
     fn material_or_grey(&mut self, bsdf: &'a Element) -> usize {
         let material = self.material(bsdf);
-        let instead = "the material is a grey diffuse one on both sides";
+        let instead = self.instead(bsdf);
         match self.journal.accept(material, bsdf, instead) {
             Some(material) => material,
             None => self.substitute(bsdf),
         }
+    }
+
+    /// Whether a material looks texture coordinates up.
+    fn needs_coordinates(&self, material: usize) -> bool {
+        let needs = |material: &Material| material.textures().next().is_some() || material.is_anisotropic();
+        parts(&self.materials, material).into_iter().any(|part| needs(&self.materials[part]))
     }
 
     /// Whether no light gets to the other side of a surface.
@@ -149,6 +164,27 @@ impl<'a> Reader<'a> {
             element.referenced(Error::Mesh { place: Place::new(&path, At::Whole), problem })
         })
     }
+}
+
+/// What is said of a mesh without texture coordinates that needs some.
+const EACH_TRIANGLE: &str = "the file has no texture coordinates: each of its triangles shows the texture anew, as in Mitsuba, from its \
+                             first corner along its sides";
+
+/// Texture coordinates of a mesh that has none, as Mitsuba has them: those of a triangle's corners are (0,
+/// 0), (1, 0) and (0, 1), in the order of the file, which flipped normals and a mirror turn round.
+fn coordinates_of_triangles(object: &Object<'_>, mesh: Mesh) -> Result<Mesh, Error> {
+    let flips = object.boolean("flip_normals")? == Some(true);
+    let mirrors = match object.affine("to_world")? {
+        Some((_, map)) => map.matrix3.determinant() < 0.0,
+        None => false,
+    };
+    let corners = if flips == mirrors { [0, 1, 2] } else { [0, 2, 1] };
+    let values = vec![DVec2::ZERO, DVec2::X, DVec2::Y];
+    let uvs = Attribute { values, triangles: vec![corners; mesh.triangles().len()] };
+    mesh.with_uvs(uvs).map_err(|error| {
+        let place = object.element.place();
+        Error::Mesh { place, problem: MeshProblem::Geometry(error) }
+    })
 }
 
 /// What is to be said of a mesh that emits and has vertex normals: the format has it emit where these point

@@ -11,6 +11,10 @@ use super::element::Element;
 use super::values::{self, number, numbers};
 use crate::io::Error;
 
+/// Plugins of textures that are the same everywhere: they are read as spectra.
+pub(super) const CONSTANT: [&str; 7] =
+    ["uniform", "d65", "srgb", "rawconstant", "blackbody", "regular", "irregular"];
+
 /// What a spectrum is of, which decides how it becomes a colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Meaning {
@@ -59,6 +63,14 @@ pub(super) fn colour(element: &Element, meaning: Meaning) -> Result<Colour, Erro
             "uniform" => exact(DVec3::splat(float("value", Some(1.0))?)),
             // D65 is the white of sRGB.
             "d65" => exact(DVec3::splat(float("scale", Some(1.0))?)),
+            "rawconstant" => {
+                let child = element.children.iter().find(|c| c.attribute("name") == Some("value"));
+                let value = child.map(|child| match child.tag.as_str() {
+                    "vector" | "point" => values::vector(child, 0.0),
+                    _ => values::colour(child),
+                });
+                exact(value.ok_or_else(|| element.bad_value("value", "", "a number or three"))??)
+            }
             "srgb" => {
                 let child = element.children.iter().find(|c| c.attribute("name") == Some("color"));
                 exact(child.map_or(Ok(DVec3::ONE), values::colour)?)
@@ -81,7 +93,7 @@ pub(super) fn colour(element: &Element, meaning: Meaning) -> Result<Colour, Erro
             }
             _ => Err(element.unsupported(
                 format!("spectrum \"{plugin}\""),
-                "supported: uniform, d65, srgb, blackbody, regular, irregular",
+                "supported: uniform, d65, srgb, rawconstant, blackbody, regular, irregular",
             )),
         };
     }

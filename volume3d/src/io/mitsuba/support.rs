@@ -35,7 +35,7 @@ const KINDS: [Kind; 12] = [
     Kind {
         tag: "bsdf",
         plugins: BSDFS,
-        remarks: "metals and glasses by their names; textures for colours, for the numbers of `principled` and `principledthin`, for `alpha` of `roughconductor` and `roughdielectric`, and for the weight of `blendbsdf`; `twosided` with one or two",
+        remarks: "metals and glasses by their names; textures for colours, for the numbers of `principled` and `principledthin`, for `alpha`, `alpha_u` and `alpha_v` of `roughconductor`, `roughdielectric` and `pplastic`, and for the weight of `blendbsdf`; `twosided` with one or two",
     },
     Kind {
         tag: "medium",
@@ -55,8 +55,8 @@ const KINDS: [Kind; 12] = [
     },
     Kind {
         tag: "spectrum",
-        plugins: "pairs of wavelength and value, files of them, uniform, d65, srgb, blackbody, regular, irregular",
-        remarks: "read as linear RGB",
+        plugins: "pairs of wavelength and value, files of them, uniform, d65, srgb, rawconstant, blackbody, regular, irregular",
+        remarks: "read as linear RGB; the plugins also as textures, the same everywhere",
     },
     Kind {
         tag: "sensor",

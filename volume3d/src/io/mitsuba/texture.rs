@@ -5,6 +5,7 @@ use glam::{DAffine2, DVec2, DVec3};
 use super::element::Element;
 use super::object::Object;
 use super::reader::Reader;
+use super::spectrum::{self, Meaning};
 use super::{steps, support, transform};
 use crate::Image;
 use crate::io::Error;
@@ -17,8 +18,29 @@ const DEFAULT_COLOURS: [f64; 2] = [0.4, 0.2];
 impl<'a> Reader<'a> {
     /// The index of the texture an element describes.
     pub(super) fn texture(&mut self, element: &'a Element) -> Result<usize, Error> {
-        if let Some(&index) = self.texture_of.get(&std::ptr::from_ref(element)) {
+        self.texture_of(element, false)
+    }
+
+    /// The same of one that gives numbers, of which Mitsuba 3.9 has those of a checkerboard in each other's
+    /// places.
+    pub(super) fn number_texture(&mut self, element: &'a Element) -> Result<usize, Error> {
+        self.texture_of(element, element.attribute("type") == Some("checkerboard"))
+    }
+
+    fn texture_of(&mut self, element: &'a Element, swaps: bool) -> Result<usize, Error> {
+        if let Some(&index) = self.texture_of.get(&(std::ptr::from_ref(element), swaps)) {
             return Ok(index);
+        }
+        let index = self.texture_anew(element, swaps)?;
+        self.texture_of.insert((std::ptr::from_ref(element), swaps), index);
+        Ok(index)
+    }
+
+    fn texture_anew(&mut self, element: &'a Element, swaps: bool) -> Result<usize, Error> {
+        if element.tag == "spectrum" {
+            let pixels = vec![spectrum::colour(element, Meaning::Reflectance)?.rgb];
+            let image = Image { width: 1, height: 1, pixels };
+            return Ok(self.add_texture(element, image, Wrap::Repeat, DAffine2::IDENTITY));
         }
         let object = Object::new(element, &self.ids)?;
         if object.plugin == "mesh_attribute" {
@@ -30,7 +52,7 @@ impl<'a> Reader<'a> {
         };
         let (image, wrap) = match object.plugin {
             "bitmap" => self.bitmap(&object)?,
-            "checkerboard" => (checkerboard(&object)?, Wrap::Repeat),
+            "checkerboard" => (checkerboard(&object, swaps)?, Wrap::Repeat),
             _ => return Err(object.unknown_plugin("texture", support::TEXTURES)),
         };
         object.finish()?;
@@ -85,13 +107,11 @@ impl<'a> Reader<'a> {
         let id = self.name(element, self.textures.len());
         let Image { width, height, pixels: texels } = image;
         self.textures.push(Texture { id, width, height, texels, wrap, to_uv });
-        let index = self.textures.len() - 1;
-        self.texture_of.insert(std::ptr::from_ref(element), index);
-        index
+        self.textures.len() - 1
     }
 }
 
-fn checkerboard(object: &Object<'_>) -> Result<Image, Error> {
+fn checkerboard(object: &Object<'_>, swaps: bool) -> Result<Image, Error> {
     let colour = |name, default| {
         if let Some(texture) = object.parameter(name).filter(|element| element.tag == "texture") {
             return Err(texture.unsupported("a texture within a checkerboard", "give two colours"));
@@ -99,7 +119,11 @@ fn checkerboard(object: &Object<'_>) -> Result<Image, Error> {
         Ok(object.colour(name)?.unwrap_or(DVec3::splat(default)))
     };
     let [first, second] = DEFAULT_COLOURS;
-    let colours = [colour("color0", first)?, colour("color1", second)?];
+    let mut colours = [colour("color0", first)?, colour("color1", second)?];
+    if swaps {
+        colours.reverse();
+        object.note("color0 and color1 give a number, and are in each other's places, as in Mitsuba 3.9");
+    }
     object.note(steps::CHECKERBOARD_NOTE);
     Ok(steps::checkerboard(colours))
 }

@@ -3,6 +3,7 @@
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 
 use super::element::Element;
+use super::journal::Journal;
 use super::values::{number, numbers, triple, vector};
 use crate::io::{Error, SceneProblem};
 
@@ -51,6 +52,31 @@ fn step(element: &Element) -> Result<DMat4, Error> {
             parent: "<transform>".to_owned(),
             supported: "translate, rotate, scale, lookat, matrix".to_owned(),
         })),
+    }
+}
+
+/// How far from 1 the length of an axis may be without a note: three digits of a unit vector do not matter.
+const UNIT_TOLERANCE: f64 = 1e-3;
+
+/// Notes the axes of rotations within an element that are not of length 1, which Mitsuba 3 takes as they are.
+pub(super) fn note_axes(root: &Element, journal: &Journal) {
+    let mut left = vec![root];
+    while let Some(element) = left.pop() {
+        left.extend(element.children.iter().rev());
+        if element.tag != "rotate" {
+            continue;
+        }
+        // What is no vector is an error where it is used.
+        let length = vector(element, 0.0).map_or(1.0, DVec3::length);
+        if (length - 1.0).abs() > UNIT_TOLERANCE {
+            journal.note_image(
+                element,
+                format!(
+                    "the axis of this rotation has length {length:.4}, and is read as its direction; Mitsuba 3 takes it as it is, \
+                     which is no rotation: give it length 1"
+                ),
+            );
+        }
     }
 }
 
@@ -117,18 +143,26 @@ pub(super) fn invertible(element: &Element) -> Result<DAffine3, Error> {
 
 /// The rotation of a rigid motion, perhaps with a uniform scale; its axes are x, y and z.
 pub(super) fn rotation(element: &Element, map: &DAffine3) -> Result<DMat3, Error> {
+    let turn = orthogonal(element, map)?;
+    if turn.determinant() < 0.0 {
+        let expected = "a motion without a mirror (a positive determinant)";
+        return Err(element.bad_value("transform", &format!("{}", map.matrix3), expected));
+    }
+    Ok(turn)
+}
+
+/// The same of a motion that may mirror: then x points the other way.
+pub(super) fn orthogonal(element: &Element, map: &DAffine3) -> Result<DMat3, Error> {
     let m = map.matrix3;
-    let error = |expected| element.bad_value("transform", &format!("{m}"), expected);
     let length = m.z_axis.length();
     let gram = (m.transpose() * m) * (1.0 / (length * length));
     let is_rigid = length > 0.0 && gram.is_finite() && gram.abs_diff_eq(DMat3::IDENTITY, RIGID_TOLERANCE);
     if !is_rigid {
-        return Err(error("a rigid motion (no shear, the same scale along all axes)"));
-    }
-    if m.determinant() < 0.0 {
-        return Err(error("a motion without a mirror (a positive determinant)"));
+        let expected = "a rigid motion (no shear, the same scale along all axes)";
+        return Err(element.bad_value("transform", &format!("{m}"), expected));
     }
     let z = m.z_axis / length;
     let x = m.y_axis.cross(z).normalize_or(DVec3::X);
-    Ok(DMat3::from_cols(x, z.cross(x), z))
+    let mirror = 1.0_f64.copysign(m.determinant());
+    Ok(DMat3::from_cols(mirror * x, z.cross(x), z))
 }

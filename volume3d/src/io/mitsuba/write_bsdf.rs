@@ -50,18 +50,10 @@ impl Writer<'_> {
                 _ => {}
             }
         }
-        match (material.bsdf.facets(), material.roughness_texture) {
-            (Some(facets), Some(texture)) => {
-                self.distribution(facets.distribution);
-                let number = scene.textures.len() + scene.shapes.len() + index;
-                self.scaled_texture("alpha", (scene, texture), number, DVec3::splat(facets.alpha))?;
-            }
-            (Some(facets), None) => {
-                let stretch =
-                    if let Bsdf::RoughConductor { stretch, .. } = material.bsdf { stretch } else { 1.0 };
-                self.facets(facets, stretch);
-            }
-            (None, _) => {}
+        if let Some(facets) = material.bsdf.facets() {
+            self.facets(scene, index, facets)?;
+        } else if let Bsdf::Plastic(Plastic { scattering: Scattering::Once, .. }) = material.bsdf {
+            self.value("float", "alpha", 0);
         }
         self.model(&material.bsdf);
         let mut wrappers = wrappers.into_iter().rev();
@@ -129,13 +121,33 @@ impl Writer<'_> {
         self.value("string", "distribution", name);
     }
 
-    fn facets(&mut self, Roughness { distribution, alpha }: Roughness, stretch: f64) {
+    /// The facets of a material, by its index, and the textures of their roughness.
+    fn facets(&mut self, scene: &Description, index: usize, facets: Roughness) -> Result<(), Error> {
+        let Roughness { distribution, alpha, stretch } = facets;
         self.distribution(distribution);
-        if stretch == 1.0 {
-            self.value("float", "alpha", alpha);
-        } else {
-            self.value("float", "alpha_u", alpha);
-            self.value("float", "alpha_v", alpha * stretch);
+        let [along, across] = scene.materials[index].roughness_textures;
+        let first = scene.textures.len() + scene.shapes.len() + 2 * index;
+        if along == across && stretch == 1.0 {
+            return self.alpha(scene, "alpha", (alpha, along), first);
+        }
+        self.alpha(scene, "alpha_u", (alpha, along), first)?;
+        self.alpha(scene, "alpha_v", (alpha * stretch, across), first + 1)
+    }
+
+    /// A roughness, or a texture that is multiplied by it, written to a file with a number that no other has.
+    fn alpha(
+        &mut self,
+        scene: &Description,
+        name: &str,
+        (alpha, texture): (f64, Option<usize>),
+        number: usize,
+    ) -> Result<(), Error> {
+        match texture {
+            Some(texture) => self.scaled_texture(name, (scene, texture), number, DVec3::splat(alpha)),
+            None => {
+                self.value("float", name, alpha);
+                Ok(())
+            }
         }
     }
 
@@ -163,8 +175,8 @@ fn plugin(bsdf: &Bsdf) -> &'static str {
         Bsdf::Diffuse { .. } => "diffuse",
         Bsdf::RoughConductor { .. } => "roughconductor",
         Bsdf::Conductor { .. } => "conductor",
-        Bsdf::Plastic(Plastic { facets: None, .. }) => "plastic",
         Bsdf::Plastic(Plastic { scattering: Scattering::Once, .. }) => "pplastic",
+        Bsdf::Plastic(Plastic { facets: None, .. }) => "plastic",
         Bsdf::Plastic(_) => "roughplastic",
         Bsdf::Dielectric(Dielectric { facets: None, .. }) => "dielectric",
         Bsdf::Dielectric(_) => "roughdielectric",

@@ -15,16 +15,17 @@ pub use self::write::write_obj;
 
 use super::error::excerpt;
 use super::polygon::Polygons;
-use super::soup::Soup;
+use super::soup::{NONE, Soup};
 use super::{At, Error, MeshProblem, Place};
-use crate::geometry::{Attribute, Mesh};
+use crate::geometry::Mesh;
 
 /// Reads the triangles of an OBJ file. `path` is for messages.
 ///
 /// `v`, `vt`, `vn` and `f` are read, with indices from the end (−1 is the last so far) and polygons, which
 /// become fans around their first corner, and where they have dents triangles that do not leave them.
 /// Positions, texture coordinates and normals keep their own indices. Without `vn` the normals are weighted
-/// by angles on the file's `v`.
+/// by angles on the file's `v`. Where some corners have texture coordinates or normals and others have none,
+/// these are at (0, 0), and have the normals of their triangles.
 ///
 /// Groups, objects, smoothing groups, materials and colours of vertices are skipped; points and lines (`p`,
 /// `l`) too, as they have no area. Free-form geometry is refused.
@@ -75,8 +76,10 @@ const SHOWN_MATERIALS: usize = 8;
 #[derive(Clone, Copy)]
 struct Corner {
     position: u32,
-    uv: Option<u32>,
-    normal: Option<u32>,
+    /// [`NONE`] if it has no texture coordinates.
+    uv: u32,
+    /// [`NONE`] if it has no normal.
+    normal: u32,
 }
 
 #[derive(Default)]
@@ -150,25 +153,13 @@ impl Reader {
         for t in triangles {
             let t = t.map(|i| corners[i]);
             self.triangles.push(t.map(|c| c.position));
-            if let [Some(a), Some(b), Some(c)] = t.map(|c| c.uv) {
-                self.uv_triangles.push([a, b, c]);
-            }
-            if let [Some(a), Some(b), Some(c)] = t.map(|c| c.normal) {
-                self.normal_triangles.push([a, b, c]);
-            }
+            self.uv_triangles.push(t.map(|c| c.uv));
+            self.normal_triangles.push(t.map(|c| c.normal));
         }
         if let Some(material) = self.material.take()
             && self.materials.len() < SHOWN_MATERIALS
         {
             self.materials.insert(material);
-        }
-        let count = self.triangles.len();
-        let balanced = |some: usize, any: bool| some == if any { count } else { 0 };
-        if !balanced(self.uv_triangles.len(), corners.iter().any(|c| c.uv.is_some())) {
-            return Err(MeshProblem::Mixed { what: "texture coordinates" });
-        }
-        if !balanced(self.normal_triangles.len(), corners.iter().any(|c| c.normal.is_some())) {
-            return Err(MeshProblem::Mixed { what: "normals" });
         }
         Ok(())
     }
@@ -179,7 +170,7 @@ impl Reader {
         let mut parts = word.split('/');
         let position = parts.next().unwrap_or_default();
         let (uv, normal) = (parts.next(), parts.next());
-        if parts.next().is_some() || normal == Some("") || (normal.is_none() && uv == Some("")) {
+        if parts.next().is_some() {
             return Err(error());
         }
         let index = |what, text: &str, count: usize| {
@@ -193,16 +184,17 @@ impl Reader {
         Ok(Corner {
             position: index("vertex", position, self.positions.len())?,
             uv: match uv {
-                Some("") | None => None,
-                Some(uv) => Some(index("texture coordinate", uv, self.uvs.len())?),
+                Some("") | None => NONE,
+                Some(uv) => index("texture coordinate", uv, self.uvs.len())?,
             },
-            normal: normal.map(|normal| index("normal", normal, self.normals.len())).transpose()?,
+            normal: match normal {
+                Some("") | None => NONE,
+                Some(normal) => index("normal", normal, self.normals.len())?,
+            },
         })
     }
 
     fn finish(self) -> Soup {
-        let normals = Attribute { values: self.normals, triangles: self.normal_triangles };
-        let uvs = Attribute { values: self.uvs, triangles: self.uv_triangles };
         let mut notes = self.polygons.notes();
         if self.materials.len() > 1 {
             let more = if self.materials.len() < SHOWN_MATERIALS { "" } else { ", …" };
@@ -213,13 +205,11 @@ impl Reader {
                  shape; make a file of each"
             ));
         }
-        Soup {
-            notes,
-            normals: (!normals.triangles.is_empty()).then_some(normals),
-            uvs: (!uvs.triangles.is_empty()).then_some(uvs),
-            positions: self.positions,
-            triangles: self.triangles,
-        }
+        let (positions, triangles) = (self.positions, self.triangles);
+        let mut soup = Soup { notes, positions, triangles, ..Soup::default() };
+        soup.set_uvs(self.uvs, self.uv_triangles);
+        soup.set_normals(self.normals, self.normal_triangles);
+        soup
     }
 }
 

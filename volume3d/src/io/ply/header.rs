@@ -44,7 +44,7 @@ impl Kind {
         })
     }
 
-    fn is_integer(self) -> bool {
+    pub(super) fn is_integer(self) -> bool {
         !matches!(self, Self::F32 | Self::F64)
     }
 }
@@ -63,6 +63,11 @@ impl Property {
     /// Whether this list, in the element "face", is its corners.
     pub(super) fn is_indices(&self) -> bool {
         self.list.is_some() && matches!(self.name.as_str(), "vertex_index" | "vertex_indices")
+    }
+
+    /// Whether this list, in the element "face", is the texture coordinates of its corners.
+    pub(super) fn is_coordinates(&self) -> bool {
+        self.list.is_some() && self.name == "texcoord"
     }
 }
 

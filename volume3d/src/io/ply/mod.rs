@@ -17,7 +17,7 @@ use self::body::{Ascii, Binary, Body};
 use self::header::{Element, Encoding, Header, Property};
 use super::memory::{reserve, with_room};
 use super::polygon::Polygons;
-use super::soup::Soup;
+use super::soup::{NONE, Soup};
 use super::{At, Error, MemoryError, MeshProblem, Place};
 use crate::geometry::{Attribute, Mesh};
 
@@ -26,10 +26,13 @@ pub use self::write::write_ply;
 
 /// Reads the triangles of a PLY file: ASCII, or binary of either byte order. `path` is for messages.
 ///
-/// Of the element `vertex` the properties x y z, nx ny nz and u v (or s t) are read, of `face` the list
-/// `vertex_index` or `vertex_indices`; all else is skipped. Polygons become fans around their first corner,
-/// and where they have dents triangles that do not leave them. Without nx ny nz the normals are weighted by
-/// angles on the file's own vertices, so that vertices the file has twice make a crease.
+/// Of the element `vertex` the properties x y z, nx ny nz and u v are read, or in their place s t, or
+/// `texture_u` `texture_v`; of `face` the list `vertex_index` or `vertex_indices`, and `texcoord`, by which
+/// MeshLab gives the corners of a face texture coordinates that go before those of vertices; all else is
+/// skipped. Faces with an empty `texcoord` are at (0, 0) where others have some. Polygons become fans around
+/// their first corner, and where they have dents triangles that do not leave them. Without nx ny nz the
+/// normals are weighted by angles on the file's own vertices, so that vertices the file has twice make a
+/// crease.
 ///
 /// # Errors
 /// [`Error::Mesh`], with the line or the element.
@@ -69,7 +72,9 @@ fn elements<B: Body + ?Sized>(header: &Header, body: &mut B) -> Result<Soup, Fai
     if let Some(normals) = &mut soup.normals {
         normals.triangles.clone_from(&soup.triangles);
     }
-    if let Some(uvs) = &mut soup.uvs {
+    if let Some(uvs) = &mut soup.uvs
+        && uvs.triangles.is_empty()
+    {
         uvs.triangles.clone_from(&soup.triangles);
     }
     Ok(soup)
@@ -82,12 +87,22 @@ fn room<B: Body + ?Sized>(element: &Element, body: &B) -> usize {
 
 fn vertices<B: Body + ?Sized>(element: &Element, body: &mut B, soup: &mut Soup) -> Result<(), Failure> {
     /// Where each of the eight numbers goes.
-    const SLOTS: [&[&str]; 8] = [&["x"], &["y"], &["z"], &["nx"], &["ny"], &["nz"], &["u", "s"], &["v", "t"]];
-    let slots: Vec<Option<usize>> = element
-        .properties
-        .iter()
-        .map(|p| SLOTS.iter().position(|names| p.list.is_none() && names.contains(&p.name.as_str())))
-        .collect();
+    const SLOTS: [&str; 6] = ["x", "y", "z", "nx", "ny", "nz"];
+    /// What the last two may be called: the first of these that is there.
+    const COORDINATES: [[&str; 2]; 3] = [["u", "v"], ["s", "t"], ["texture_u", "texture_v"]];
+    let names = |name: &str| element.properties.iter().any(|p| p.list.is_none() && p.name == name);
+    let coordinates = COORDINATES.iter().find(|pair| pair.iter().all(|name| names(name)));
+    let alone = COORDINATES.as_flattened().iter().find(|name| names(name));
+    if let Some(name) = alone.filter(|_| coordinates.is_none()) {
+        soup.notes.push(format!(
+            "the vertex property \"{name}\" is ignored, as in Mitsuba: texture coordinates are u and v, s and t, or texture_u \
+             and texture_v"
+        ));
+    }
+    let coordinates = coordinates.map_or(&[][..], |pair| pair);
+    let slot = |name: &str| SLOTS.iter().chain(coordinates).position(|slot| *slot == name);
+    let slots: Vec<Option<usize>> =
+        element.properties.iter().map(|p| slot(&p.name).filter(|_| p.list.is_none())).collect();
     let has = |slot: usize| slots.contains(&Some(slot));
     let all = |range: std::ops::Range<usize>, what| match range.clone().filter(|&s| has(s)).count() {
         0 => Ok(false),
@@ -98,7 +113,7 @@ fn vertices<B: Body + ?Sized>(element: &Element, body: &mut B, soup: &mut Soup) 
         return Err((At::Whole, MeshProblem::Missing { what: "vertex properties x, y and z" }));
     }
     let has_normals = all(3..6, "vertex properties nx, ny and nz (all or none)")?;
-    let has_uvs = all(6..8, "vertex properties u and v (both or none)")?;
+    let has_uvs = has(6);
 
     let count = room(element, body);
     let memory = |error: MemoryError| (At::Whole, error.into());
@@ -131,34 +146,115 @@ fn vertices<B: Body + ?Sized>(element: &Element, body: &mut B, soup: &mut Soup) 
 fn faces<B: Body + ?Sized>(element: &Element, body: &mut B, soup: &mut Soup) -> Result<(), Failure> {
     // A face has at least a length of one byte and three indices of one byte.
     let count = element.count.min(body.remaining() / 4);
-    reserve(&mut soup.triangles, count, "the triangles").map_err(|error| (At::Whole, error.into()))?;
-    let (mut corners, mut places, mut polygons) = (vec![], vec![], Polygons::default());
+    let memory = |error: MemoryError| (At::Whole, error.into());
+    reserve(&mut soup.triangles, count, "the triangles").map_err(memory)?;
+    let mut face = Face::default();
+    let mut polygons = Polygons::default();
+    let mut coordinates =
+        element.properties.iter().any(Property::is_coordinates).then(FaceCoordinates::default);
+    if let Some(coordinates) = &mut coordinates {
+        reserve(&mut coordinates.triangles, count, "the texture coordinates").map_err(memory)?;
+    }
     for index in 0..element.count {
         body.begin(&element.name, index);
-        for property in &element.properties {
-            if !property.is_indices() {
-                skip_property(property, body)?;
-                continue;
+        face.read(element, body, soup.positions.len())?;
+        let Face { corners, .. } = &face;
+        if let [a, b, c] = corners[..] {
+            soup.triangles.push([a, b, c]);
+            if let Some(coordinates) = &mut coordinates {
+                coordinates.push(&face, &[[0, 1, 2]]);
             }
-            let length = length(property, body)?;
-            corners.clear();
-            for _ in 0..length {
-                corners.push(corner(property, body, soup.positions.len())?);
-            }
-            if length < 3 {
-                return Err((body.place(), MeshProblem::Corners { corners: length }));
-            }
-            if let [a, b, c] = corners[..] {
-                soup.triangles.push([a, b, c]);
-                continue;
-            }
-            places.clear();
-            places.extend(corners.iter().map(|&i| soup.positions[i as usize]));
-            soup.triangles.extend(polygons.triangles(&places).into_iter().map(|t| t.map(|i| corners[i])));
+            continue;
+        }
+        let places: Vec<DVec3> = corners.iter().map(|&i| soup.positions[i as usize]).collect();
+        let triangles = polygons.triangles(&places);
+        soup.triangles.extend(triangles.iter().map(|t| t.map(|i| corners[i])));
+        if let Some(coordinates) = &mut coordinates {
+            coordinates.push(&face, &triangles);
         }
     }
     soup.notes.extend(polygons.notes());
+    if let Some(FaceCoordinates { values, triangles, textures }) = coordinates {
+        if textures.len() > 1 {
+            let text = "its faces have several textures by texnumber, which are ignored: all have the material of the shape";
+            soup.notes.push(text.to_owned());
+        }
+        soup.set_uvs(values, triangles);
+    }
     Ok(())
+}
+
+/// What a face says, read anew for each.
+#[derive(Default)]
+struct Face {
+    corners: Vec<u32>,
+    /// Two for each corner, or none.
+    coordinates: Vec<f64>,
+    /// The number of its texture, if it has one.
+    texture: Option<i64>,
+}
+
+impl Face {
+    fn read<B: Body + ?Sized>(
+        &mut self,
+        element: &Element,
+        body: &mut B,
+        vertices: usize,
+    ) -> Result<(), Failure> {
+        self.corners.clear();
+        self.coordinates.clear();
+        self.texture = None;
+        for property in &element.properties {
+            if property.is_indices() {
+                let length = length(property, body)?;
+                for _ in 0..length {
+                    self.corners.push(corner(property, body, vertices)?);
+                }
+                if length < 3 {
+                    return Err((body.place(), MeshProblem::Corners { corners: length }));
+                }
+            } else if property.is_coordinates() {
+                for _ in 0..length(property, body)? {
+                    self.coordinates.push(body.number(property.value)?);
+                }
+            } else if property.list.is_none() && property.name == "texnumber" && property.value.is_integer() {
+                self.texture = Some(body.integer(property.value)?);
+            } else {
+                skip_property(property, body)?;
+            }
+        }
+        let (found, corners) = (self.coordinates.len(), self.corners.len());
+        if found != 0 && found != 2 * corners {
+            return Err((body.place(), MeshProblem::FaceCoordinates { found, corners }));
+        }
+        Ok(())
+    }
+}
+
+/// Texture coordinates that faces give their corners.
+#[derive(Default)]
+struct FaceCoordinates {
+    values: Vec<DVec2>,
+    triangles: Vec<[u32; 3]>,
+    /// At most two of the numbers of textures.
+    textures: Vec<i64>,
+}
+
+impl FaceCoordinates {
+    /// Those of a face, which becomes these triangles of its corners.
+    fn push(&mut self, face: &Face, triangles: &[[usize; 3]]) {
+        let first = self.values.len();
+        self.values.extend(face.coordinates.chunks_exact(2).map(DVec2::from_slice));
+        let is_there = !face.coordinates.is_empty();
+        let index = |corner: usize| if is_there { (first + corner) as u32 } else { NONE };
+        self.triangles.extend(triangles.iter().map(|t| t.map(index)));
+        if let Some(texture) = face.texture.filter(|_| is_there)
+            && self.textures.len() < 2
+            && !self.textures.contains(&texture)
+        {
+            self.textures.push(texture);
+        }
+    }
 }
 
 fn corner<B: Body + ?Sized>(property: &Property, body: &mut B, count: usize) -> Result<u32, Failure> {

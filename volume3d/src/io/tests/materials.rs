@@ -141,8 +141,173 @@ fn roughnesses_may_be_textures() {
     ))
     .unwrap();
     for (material, texture) in scene.materials.iter().zip([0, 1]) {
-        assert_eq!((material.roughness_texture, material.bsdf.roughness()), (Some(texture), Some(1.0)));
+        assert_eq!((material.roughness_textures, material.bsdf.roughness()), ([Some(texture); 2], Some(1.0)));
     }
-    let text = super::message(with(&format!("<bsdf type='roughplastic'>{alpha}</bsdf>")));
-    assert!(text.contains("dir/s.xml:") && text.contains("alpha"), "{text}");
+    // As numbers, the two of a checkerboard are in each other's places.
+    let colours = |material: &str| with(material).unwrap().textures[0].texels[0].x;
+    let board = |name: &str| alpha.replace("'alpha'", &format!("'{name}'"));
+    assert_eq!(colours(&format!("<bsdf type='diffuse'>{}</bsdf>", board("reflectance"))), 0.0);
+    for (plugin, name, inner) in [
+        ("roughconductor", "alpha", ""),
+        ("principled", "metallic", ""),
+        ("mask", "opacity", "<bsdf type='diffuse'/>"),
+        ("blendbsdf", "weight", "<bsdf type='diffuse'/><bsdf type='diffuse'/>"),
+    ] {
+        let body = format!("<bsdf type='{plugin}'>{}{inner}</bsdf>", board(name));
+        assert_eq!(colours(&body), 0.2, "{plugin}");
+    }
+    // One board that gives both is two textures.
+    let both = format!(
+        "{}<bsdf type='principled'><ref name='base_color' id='t'/><ref name='roughness' id='t'/></bsdf>",
+        alpha.replace("name='alpha'", "id='t'")
+    );
+    let firsts: Vec<f64> = with(&both).unwrap().textures.iter().map(|t| t.texels[0].x).collect();
+    assert_eq!(firsts, [0.0, 0.2]);
+    // Along u and across it: two textures, one and a number, a number and one.
+    let (u, v) = (alpha.replace("'alpha'", "'alpha_u'"), alpha.replace("'alpha'", "'alpha_v'"));
+    let number = |axis: char| format!("<float name='alpha_{axis}' value='.3'/>");
+    let cases = [
+        (format!("{u}{v}"), [Some(0), Some(1)], 1.0, 1.0),
+        (format!("{u}{}", number('v')), [Some(0), None], 1.0, 0.3),
+        (format!("{}{v}", number('u')), [None, Some(0)], 0.3, 1.0),
+    ];
+    for (body, textures, along, across) in cases {
+        for plugin in ["roughconductor", "roughdielectric", "pplastic"] {
+            let scene = with(&format!("<bsdf type='{plugin}'>{body}</bsdf>")).unwrap();
+            let found = &scene.materials[0];
+            let facets = found.bsdf.facets().unwrap();
+            assert_eq!((found.roughness_textures, facets.alpha), (textures, along), "{body}");
+            assert!((facets.alpha * facets.stretch - across).abs() < 1e-15, "{body}");
+            crate::scene::Scene::new(scene).unwrap();
+        }
+    }
+}
+
+/// A texture that is the same everywhere is a constant, of colours and of numbers, where it stands and by
+/// reference.
+#[test]
+fn constant_textures() {
+    let texture =
+        |plugin: &str, value: &str| format!("<texture name='NAME' type='{plugin}'>{value}</texture>");
+    let third = "<float name='value' value='.25'/>";
+    let colour = "<vector name='value' value='.1 .2 .3'/>";
+    let spread = "<vector name='value' x='.1' y='.2' z='.3'/>";
+    let rgb = "<rgb name='color' value='.1 .2 .3'/>";
+    let cases = [
+        (texture("rawconstant", third), DVec3::splat(0.25)),
+        (texture("uniform", third), DVec3::splat(0.25)),
+        (texture("rawconstant", colour), DVec3::new(0.1, 0.2, 0.3)),
+        (texture("rawconstant", spread), DVec3::new(0.1, 0.2, 0.3)),
+        (texture("srgb", rgb), DVec3::new(0.1, 0.2, 0.3)),
+    ];
+    for (text, expected) in cases {
+        let named = text.replace("NAME", "reflectance");
+        let found = material(&format!("<bsdf type='diffuse'>{named}</bsdf>")).bsdf;
+        assert_eq!(found, Bsdf::Diffuse { reflectance: Reflectance::Constant(expected) }, "{text}");
+        let grey = DVec3::new(0.2126, 0.7152, 0.0722).dot(expected);
+        for (plugin, name) in
+            [("roughconductor", "alpha"), ("roughplastic", "alpha"), ("principled", "roughness")]
+        {
+            let named = text.replace("NAME", name);
+            let found = material(&format!("<bsdf type='{plugin}'>{named}</bsdf>")).bsdf.roughness().unwrap();
+            assert!((found - grey).abs() < 1e-12, "{plugin} {text}: {found} {grey}");
+        }
+    }
+    let of_reference = format!(
+        "{}<bsdf type='diffuse'><ref name='reflectance' id='t'/></bsdf>",
+        texture("rawconstant", third).replace("name='NAME'", "id='t'")
+    );
+    assert_eq!(material(&of_reference).bsdf.reflectance(), &Reflectance::Constant(DVec3::splat(0.25)));
+    // Where only an image will do, it is one of one texel.
+    let relief = "<bsdf type='normalmap'><texture name='normalmap' type='rawconstant'><vector name='value' value='.5 .5 1'/>\
+                  </texture><bsdf type='diffuse'/></bsdf>";
+    let scene = with(relief).unwrap();
+    assert_eq!((scene.textures.len(), scene.textures[0].texels[0]), (1, DVec3::new(0.5, 0.5, 1.0)));
+    let lamp = "<shape type='cube'><emitter type='area'><texture name='radiance' type='uniform'><float name='value' \
+                value='3'/></texture></emitter></shape>";
+    assert_eq!(with(lamp).unwrap().shapes[0].radiance, Some(DVec3::splat(3.0)));
+}
+
+/// Without facets a boundary is smooth, and without a change of index there is none.
+#[test]
+fn materials_at_their_limits() {
+    let of = |plugin: &str, body: &str| material(&format!("<bsdf type='{plugin}'>{body}</bsdf>")).bsdf;
+    let zero = "<float name='alpha' value='0'/>";
+    let zeros = "<float name='alpha_u' value='0'/><float name='alpha_v' value='0'/>";
+    for body in [zero, zeros] {
+        assert_eq!(of("roughconductor", body), of("conductor", ""));
+        assert_eq!(of("roughdielectric", body), of("dielectric", ""));
+    }
+    assert_eq!(of("roughplastic", zero), of("plastic", ""));
+    let Bsdf::Plastic(once) = of("pplastic", zero) else { panic!() };
+    assert_eq!((once.facets, once.scattering), (None, Scattering::Once));
+    // One of two axes alone is as narrow as facets can be.
+    let one = of("roughconductor", "<float name='alpha_u' value='0'/><float name='alpha_v' value='.3'/>");
+    let facets = one.facets().unwrap();
+    assert!(facets.alpha == 1e-4 && (facets.alpha * facets.stretch - 0.3).abs() < 1e-15);
+    assert_eq!(of("roughconductor", "<float name='alpha' value='1e-7'/>").roughness(), Some(1e-4));
+
+    let same = "<float name='int_ior' value='1.3'/><float name='ext_ior' value='1.3'/>";
+    let Bsdf::Dielectric(boundary) = of("roughdielectric", same) else { panic!() };
+    assert_eq!((boundary.eta, boundary.facets), (1.0, None));
+    for plugin in ["plastic", "roughplastic", "pplastic"] {
+        assert_eq!(of(plugin, same), of("diffuse", ""), "{plugin}");
+    }
+    let principled = "<float name='eta' value='1'/><float name='roughness' value='0'/>";
+    for plugin in ["principled", "principledthin"] {
+        let found = of(plugin, principled);
+        assert_eq!((found.relative_index(), found.roughness()), (Some(1.0), Some(0.0)));
+        let mut d = with("").unwrap();
+        d.add_material(Material::new("limit", found, false));
+        crate::scene::Scene::new(d).unwrap();
+    }
+}
+
+/// Leniently, what stands for a metal is a metal, for glass glass, and for what may be metal metal; with all
+/// that can be read.
+#[test]
+fn nothing_turns_metal_grey() {
+    use crate::io::{ReadOptions, read_scene_with};
+    let read = |bsdf: &str| {
+        let text = format!(
+            "<scene version='3.0.0'>{}<shape type='cube'>{bsdf}</shape></scene>",
+            super::scene::SENSOR
+        );
+        let options = ReadOptions { is_lenient: true, ..ReadOptions::default() };
+        let open = |_: &std::path::Path| Err(std::io::Error::from(std::io::ErrorKind::NotFound));
+        let read = read_scene_with(text.as_bytes(), super::here("dir/s.xml"), &options, &open);
+        let (scene, notes) = read.unwrap();
+        let material = scene.materials[scene.shapes[0].material].clone();
+        crate::scene::Scene::new(scene).unwrap();
+        (material, notes)
+    };
+    let wrong = "<texture name='alpha' type='bitmap'><string name='filename' value='none.png'/></texture>";
+    let gold = "<string name='material' value='Au'/><string name='distribution' value='ggx'/>";
+    let rough = format!("<bsdf type='roughconductor'>{wrong}{gold}</bsdf>");
+    let expected = material(&format!("<bsdf type='roughconductor'>{gold}</bsdf>")).bsdf;
+    for wrapped in [
+        rough.clone(),
+        format!("<bsdf type='twosided'>{rough}</bsdf>"),
+        format!("<bsdf type='bumpmap'>{wrong}{rough}</bsdf>"),
+        format!(
+            "<bsdf type='blendbsdf'><float name='weight' value='2'/><bsdf type='diffuse'/>{rough}</bsdf>"
+        ),
+    ] {
+        let (found, notes) = read(&wrapped);
+        assert_eq!((&found.bsdf, found.two_sided), (&expected, true), "{wrapped}");
+        assert!(
+            notes.iter().any(|note| note.text.starts_with("the material is the metal alone")),
+            "{notes:?}"
+        );
+    }
+    let unknown = "<bsdf type='conductor'><string name='material' value='Unobtainium'/></bsdf>";
+    assert!(matches!(read(unknown).0.bsdf, Bsdf::Conductor { k: DVec3::ONE, .. }));
+    let glass = format!("<bsdf type='roughdielectric'>{wrong}<float name='int_ior' value='2'/></bsdf>");
+    let (found, _) = read(&glass);
+    assert_eq!((found.bsdf.relative_index(), found.two_sided), (Some(2.0 / 1.000_277), false));
+    let metallic = wrong.replace("'alpha'", "'metallic'");
+    let Bsdf::Principled(p) = read(&format!("<bsdf type='principled'>{metallic}</bsdf>")).0.bsdf else {
+        panic!()
+    };
+    assert_eq!(p.metallic, Value::Constant(1.0));
 }

@@ -60,6 +60,39 @@ fn what_has_no_surface_is_skipped() {
     assert_eq!(read(text).unwrap().triangles(), [[0, 1, 2]]);
 }
 
+/// Corners without texture coordinates are at (0, 0), whatever is done to the others, and those without
+/// normals have their triangle's: of whole faces, and of some corners of a face. A note says so.
+#[test]
+fn faces_without_texture_coordinates_or_normals() {
+    let parsed = |text: &str| {
+        let text = format!("{CORNERS}vt .5 .25\nvt 1 .75\nvn 1 0 0\nvn 0 1 0\n{text}");
+        crate::io::obj::parse(text.as_bytes(), here("m.obj")).unwrap()
+    };
+    let texture = "texture coordinates: theirs are (0, 0)";
+    let cases = [
+        ("f 1/1 2/2 3/1\nf 1 3 4\n", [[0, 1, 0], [2, 2, 2]]),
+        ("f 1//1 2//2 3//1\nf 1/1 3/2 4/1\n", [[2, 2, 2], [0, 1, 0]]),
+        ("f 1/1 2/2 3\nf 1/ 3/2/ 4//\n", [[0, 1, 2], [2, 1, 2]]),
+    ];
+    for (faces, expected) in cases {
+        let mut soup = parsed(faces);
+        assert!(soup.notes.iter().any(|note| note.contains(texture)), "{faces}: {:?}", soup.notes);
+        soup.flip_texture_coordinates();
+        let mesh = soup.into_mesh(false).unwrap();
+        let uvs = mesh.uvs().unwrap();
+        assert_eq!(uvs.triangles, expected, "{faces}");
+        assert_eq!(uvs.values, [DVec2::new(0.5, 0.75), DVec2::new(1.0, 0.25), DVec2::ZERO]);
+    }
+    let soup = parsed("f 1//1 2//2 3\nf 1 3 4\n");
+    assert!(soup.uvs.is_none() && soup.notes[0].starts_with("4 of 6 corners of triangles have no normals"));
+    let mesh = soup.into_mesh(false).unwrap();
+    let Normals::Given(normals) = mesh.normals() else { panic!("{:?}", mesh.normals()) };
+    assert_eq!(normals.triangles, [[0, 1, 2], [3, 3, 3]]);
+    assert_eq!(normals.values, [DVec3::X, DVec3::Y, DVec3::Z, DVec3::Z]);
+    let plain = parsed("f 1 2 3\nf 1/ 3// 4\n");
+    assert!(plain.uvs.is_none() && plain.normals.is_none() && plain.notes.is_empty());
+}
+
 #[test]
 fn errors_name_the_line() {
     check_table(
@@ -94,15 +127,8 @@ f 1//1 2//1 3//1
     m.obj:5: the face refers to normal 1, but there are 0 so far
 f 1/2/3/4 2 3
     m.obj:5: expected a corner v, v/vt, v//vn or v/vt/vn of whole numbers, found "1/2/3/4"
-f 1/ 2/ 3/
-    m.obj:5: expected a corner v, v/vt, v//vn or v/vt/vn of whole numbers, found "1/"
-vn 0 0 1
-f 1//1 2//1 3//1
-f 1 2 3
-    m.obj:7: some corners have normals and others have none; give all or none
-vt 0 0
-f 1/1 2 3
-    m.obj:6: some corners have texture coordinates and others have none; give all or none
+f /1 2 3
+    m.obj:5: expected a corner v, v/vt, v//vn or v/vt/vn of whole numbers, found "/1"
 vp 0 0
     m.obj:5: the keyword "vp" is not supported; supported: v, vt, vn, f, and without effect g, o, s, usemtl, mtllib, p, l
 "#,

@@ -174,8 +174,6 @@ START|VERTEX|property float x|property float y|element face 1|FACES|end_header
     m.ply: the header has no vertex properties x, y and z
 START|VERTEX|XYZ|property float nx|element face 1|FACES|end_header
     m.ply: the header has no vertex properties nx, ny and nz (all or none)
-START|VERTEX|XYZ|property float u|element face 1|FACES|end_header
-    m.ply: the header has no vertex properties u and v (both or none)
 "#,
         |lines| refused(&format!("{lines}|")),
     );
@@ -218,6 +216,90 @@ CORNERS|3 0 1 2|3 0 1 2
     bytes.extend([0; 36]);
     bytes.extend([3, 0, 0, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0]);
     assert_eq!(message(read(&bytes)), "m.ply, face 0: the face refers to vertex 9, but there are 3 so far");
+}
+
+/// Texture coordinates of vertices under each of their names; u and v go before s and t, and these before the
+/// rest.
+#[test]
+fn texture_coordinates_of_vertices() {
+    let cases = [
+        ("u v", "1 2", "3 4", "5 6", [1.0, 2.0]),
+        ("s t", "1 2", "3 4", "5 6", [1.0, 2.0]),
+        ("texture_u texture_v", "1 2", "3 4", "5 6", [1.0, 2.0]),
+        ("t s", "1 2", "3 4", "5 6", [2.0, 1.0]),
+        ("s t u v", "9 9 1 2", "9 9 3 4", "9 9 5 6", [1.0, 2.0]),
+        ("texture_u texture_v s t", "9 9 1 2", "9 9 3 4", "9 9 5 6", [1.0, 2.0]),
+    ];
+    for (names, a, b, c, first) in cases {
+        let properties: String = names.split(' ').map(|name| format!("property float {name}\n")).collect();
+        let text = format!(
+            "ply\nformat ascii 1.0\nelement vertex 3\n{XYZ}{properties}element face 1\n{FACES}end_header\n\
+             0 0 0 {a}\n1 0 0 {b}\n0 1 0 {c}\n3 0 1 2\n"
+        );
+        let mesh = read(text).unwrap();
+        let uvs = mesh.uvs().unwrap();
+        assert_eq!((uvs.values[0], &uvs.triangles), (DVec2::from_array(first), &vec![[0, 1, 2]]), "{names}");
+    }
+    // One of a pair is something else.
+    let text = format!(
+        "ply\nformat ascii 1.0\nelement vertex 3\n{XYZ}property float t\nelement face 1\n{FACES}end_header\n\
+         0 0 0 7\n1 0 0 8\n0 1 0 9\n3 0 1 2\n"
+    );
+    let soup = crate::io::ply::parse(text.as_bytes(), here("m.ply")).unwrap();
+    assert!(
+        soup.uvs.is_none() && soup.notes[0].starts_with("the vertex property \"t\" is ignored"),
+        "{soup:?}"
+    );
+}
+
+/// MeshLab gives texture coordinates to the corners of faces: before or after their indices, to some faces or
+/// to none, to triangles or to polygons. They go before those of vertices.
+#[test]
+fn texture_coordinates_of_faces() {
+    let list = "property list uchar float texcoord\n";
+    let text = |order: &str, faces: &str| {
+        let properties =
+            order.replace("F", FACES).replace("T", list).replace("N", "property int texnumber\n");
+        let uv = "property float u\nproperty float v\n";
+        format!(
+            "ply\nformat ascii 1.0\nelement vertex 5\n{XYZ}{uv}element face 2\n{properties}end_header\n\
+             0 0 0 7 7\n2 0 0 7 7\n2 2 0 7 7\n0 2 0 7 7\n.1 1 0 7 7\n{faces}"
+        )
+    };
+    let parse =
+        |order: &str, faces: &str| crate::io::ply::parse(text(order, faces).as_bytes(), here("m.ply"));
+    // A pentagon with a dent at its last corner is no fan around its first.
+    let dent = "5 0 1 2 3 4";
+    let wedges = "10 0 0 1 0 1 1 0 1 .5 .5";
+    for (order, faces) in [
+        ("FT", format!("{dent} {wedges}\n3 0 1 2 6 .1 .2 .3 .4 .5 .6\n")),
+        ("TF", format!("{wedges} {dent}\n6 .1 .2 .3 .4 .5 .6 3 0 1 2\n")),
+    ] {
+        let soup = parse(order, &faces).unwrap();
+        assert!(soup.notes.is_empty(), "{:?}", soup.notes);
+        let uvs = soup.uvs.unwrap();
+        let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.5, 0.5]].map(DVec2::from_array);
+        assert_eq!(uvs.values[..5], corners);
+        assert_eq!(uvs.values[7], DVec2::new(0.5, 0.6));
+        assert_eq!(uvs.triangles.len(), 4);
+        for (uv, triangle) in uvs.triangles.iter().zip(&soup.triangles) {
+            let expected = if *triangle == [0, 1, 2] && uv[0] == 5 { [5, 6, 7] } else { *triangle };
+            assert_eq!(*uv, expected);
+        }
+        assert_eq!(uvs.triangles[3], [5, 6, 7]);
+    }
+    let soup = parse("FTN", "3 0 1 2 6 .1 .2 .3 .4 .5 .6 0\n3 0 2 3 0 1\n").unwrap();
+    assert!(soup.notes.iter().any(|note| note.starts_with("3 of 6 corners")), "{:?}", soup.notes);
+    let uvs = soup.uvs.unwrap();
+    assert_eq!((uvs.triangles[1], uvs.values[3]), ([3; 3], DVec2::ZERO));
+    let soup = parse("FTN", "3 0 1 2 6 0 0 1 0 0 1 0\n3 0 2 3 6 0 0 1 0 0 1 1\n").unwrap();
+    assert!(soup.notes.iter().any(|note| note.contains("several textures by texnumber")), "{:?}", soup.notes);
+    // Of no face: those of vertices.
+    let soup = parse("FT", "3 0 1 2 0\n3 0 2 3 0\n").unwrap();
+    assert_eq!(soup.uvs.unwrap().values, [DVec2::splat(7.0); 5]);
+    let error = message(parse("FT", "3 0 1 2 4 0 0 1 0\n3 0 2 3 0\n"));
+    let expected = "m.ply:18: the list texcoord has 4 numbers for a face of 3 corners; give two for each corner, or none";
+    assert_eq!(error, expected);
 }
 
 /// Four billion elements of which the file has nothing must not take memory or time.

@@ -43,7 +43,8 @@ fn meshes() -> Vec<Mesh> {
 
 /// One of each, with whether it is two-sided.
 fn transparent_and_coated() -> Vec<(Bsdf, bool)> {
-    let facets = Some(Roughness { distribution: Microfacets::Ggx, alpha: 0.3 });
+    let facets = Some(Roughness::new(Microfacets::Ggx, 0.3));
+    let stretched = Roughness { distribution: Microfacets::Ggx, alpha: 0.25, stretch: 2.0 };
     let colour = || Reflectance::Constant(DVec3::new(0.3, 0.2, 0.1));
     let specular_reflectance = DVec3::new(0.9, 0.8, 0.7);
     let plastic = |facets, scattering| {
@@ -82,6 +83,8 @@ fn transparent_and_coated() -> Vec<(Bsdf, bool)> {
         (plastic(None, Scattering::Linear), true),
         (plastic(facets, Scattering::Nonlinear), false),
         (plastic(facets, Scattering::Once), false),
+        (plastic(None, Scattering::Once), false),
+        (Bsdf::Dielectric(dielectric(Some(stretched))), false),
         (Bsdf::Dielectric(dielectric(None)), false),
         (Bsdf::Dielectric(dielectric(facets)), false),
         (Bsdf::ThinDielectric(dielectric(None)), false),
@@ -142,11 +145,16 @@ fn description() -> Description {
     let textured = Some(paper);
     let frosted = Bsdf::Dielectric(Dielectric {
         eta: 1.5,
-        facets: Some(Roughness { distribution, alpha: 1.0 }),
+        facets: Some(Roughness::new(distribution, 1.0)),
         specular_reflectance: DVec3::ONE,
         specular_transmittance: Reflectance::Constant(DVec3::ONE),
     });
-    d.add_material(Material { roughness_texture: textured, ..Material::new("frosted", frosted, false) });
+    d.add_material(Material {
+        roughness_textures: [textured; 2],
+        ..Material::new("frosted", frosted.clone(), false)
+    });
+    let second = Material::new("brushed", frosted, false);
+    d.add_material(Material { roughness_textures: [None, textured], ..second });
     let blend = Some(Blend { other: white, weight: Value::Texture(paper) });
     d.add_material(Material {
         blend,
@@ -219,6 +227,10 @@ fn scenes_come_back() {
         assert_eq!(material.two_sided, again.two_sided);
         assert_eq!(material.opacity, again.opacity);
         assert_eq!(material.relief.is_some(), again.relief.is_some());
+        assert_eq!(
+            material.roughness_textures.map(|t| t.is_some()),
+            again.roughness_textures.map(|t| t.is_some())
+        );
         let texture = |m: &Material, d: &Description| match m.bsdf.reflectance() {
             Reflectance::Texture(t) => Some(d.textures[*t].clone()),
             Reflectance::Constant(_) => None,

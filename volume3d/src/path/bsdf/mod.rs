@@ -334,12 +334,7 @@ impl<T: Number> Shading<'_, T> {
     fn facets(&self) -> Facets<T> {
         let distribution = self.bsdf.facets().map_or(Microfacets::Ggx, |facets| facets.distribution);
         let alpha = self.roughness;
-        let stretch = match (self.along, self.bsdf) {
-            (Some(along), Bsdf::RoughConductor { stretch, .. }) => {
-                Some(Stretch::new(self.normal, along, [alpha, alpha * *stretch]))
-            }
-            _ => None,
-        };
+        let stretch = self.along.map(|along| Stretch::new(self.normal, along, [alpha, self.across]));
         Facets { distribution, alpha, normal: self.normal, viewer: self.viewer, stretch }
     }
 

@@ -16,7 +16,10 @@ pub(crate) struct Shading<'s, T> {
     pub(crate) normal: Vec3<T>,
     pub(crate) viewer: Vec3<T>,
     pub(crate) reflectance: Rgb<T>,
+    /// Of facets, α along u.
     pub(crate) roughness: T,
+    /// Roughness α of microfacets orthogonal to u, if they are anisotropic.
+    pub(crate) across: T,
     /// Parameters of a principled BSDF at the point.
     pub(crate) numbers: Option<Box<Numbers<T>>>,
     /// Unit tangent of the anisotropy's first axis (u); `None` if isotropic.

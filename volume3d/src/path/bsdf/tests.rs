@@ -20,18 +20,19 @@ fn bsdfs() -> Vec<Bsdf> {
         k: DVec3::ONE,
         specular_reflectance: white(),
     };
-    let facets = |distribution| Some(Roughness { distribution, alpha: ALPHA });
+    let facets = |distribution| Some(Roughness::new(distribution, ALPHA));
+    let stretched = |distribution| Some(Roughness { distribution, alpha: ALPHA, stretch: 0.6 });
     let plastic = |facets, scattering| {
         let (diffuse_reflectance, specular_reflectance) = (white(), DVec3::splat(0.9));
         Bsdf::Plastic(Plastic { eta: 1.5, facets, diffuse_reflectance, specular_reflectance, scattering })
     };
-    let principled = |spec_trans: f64, anisotropic| {
+    let principled_of = |eta, spec_trans: f64, anisotropic| {
         let principled = Principled {
             base_color: white(),
             roughness: ROOT,
             anisotropic,
             metallic: 0.3,
-            eta: 1.4,
+            eta,
             spec_tint: 0.5,
             spec_trans,
             sheen: 0.1,
@@ -42,6 +43,7 @@ fn bsdfs() -> Vec<Bsdf> {
         };
         Bsdf::Principled(principled.map(Value::Constant))
     };
+    let principled = |spec_trans, anisotropic| principled_of(1.4, spec_trans, anisotropic);
     let sheet = |anisotropic| {
         let sheet = PrincipledThin {
             base_color: white(),
@@ -69,10 +71,14 @@ fn bsdfs() -> Vec<Bsdf> {
         plastic(facets(Microfacets::Ggx), Scattering::Once),
         principled(0.0, 0.0),
         principled(0.0, 0.7),
+        principled_of(1.0, 0.0, 0.0),
         principled(0.6, 0.0),
         principled(0.6, 0.7),
         dielectric(facets(Microfacets::Beckmann)),
         dielectric(facets(Microfacets::Ggx)),
+        plastic(stretched(Microfacets::Beckmann), Scattering::Once),
+        dielectric(stretched(Microfacets::Beckmann)),
+        dielectric(stretched(Microfacets::Ggx)),
         sheet(0.0),
         sheet(0.7),
     ]
@@ -117,6 +123,7 @@ fn shading<'s>(bsdf: &'s Bsdf, coating: &'s Option<Coating>, viewer: DVec3) -> S
         viewer: Vec3::constant(viewer),
         reflectance: Rgb::constant(DVec3::ONE),
         roughness: bsdf.roughness().unwrap_or(0.0),
+        across: bsdf.facets().map_or(0.0, |facets| facets.alpha * facets.stretch),
         numbers: numbers(bsdf, bsdf.roughness().unwrap_or(0.0)),
         along: bsdf.is_anisotropic().then_some(Vec3::constant(ALONG)),
         behind,
@@ -250,7 +257,7 @@ fn refraction_is_reciprocal_but_for_the_compression_of_radiance() {
     let normal = DVec3::new(0.6, 0.0, 0.8);
     let mut found = 0;
     for distribution in [Microfacets::Beckmann, Microfacets::Ggx] {
-        let bsdf = dielectric(Some(Roughness { distribution, alpha: ALPHA }));
+        let bsdf = dielectric(Some(Roughness::new(distribution, ALPHA)));
         for _ in 0..4000 {
             let (above, below) = (uniform(&mut rng), uniform(&mut rng));
             if above.dot(normal) < 0.05 || below.dot(normal) > -0.05 {
@@ -323,6 +330,10 @@ fn derivatives_by_parameters_are_those_of_differences() {
                 viewer: Vec3::constant(viewer),
                 reflectance: Rgb([Dual::new(0.7, [0.0, 1.0]); 3]),
                 roughness: Dual::new(alpha, [1.0, 0.0]),
+                across: {
+                    let stretch = bsdf.facets().map_or(0.0, |facets| facets.stretch);
+                    Dual::new(alpha * stretch, [stretch, 0.0])
+                },
                 numbers: numbers(bsdf, Dual::new(alpha, [1.0, 0.0])),
                 along: still.along.map(|along| Vec3::constant(along.value())),
                 behind: false,

@@ -173,20 +173,20 @@ impl<T: Number> SurfacePoint<T> {
             Reflectance::Texture(texture) => self.texture(scene, calculus, *texture),
         };
         let roughness = material.bsdf.roughness().map(|alpha| calculus.roughness(index, alpha));
-        let roughness = match (roughness, material.roughness_texture) {
-            (Some(alpha), Some(texture)) => {
-                let alpha = alpha * luminance(self.texture(scene, calculus, texture));
-                Some(if alpha.value() < LEAST_ALPHA { T::constant(LEAST_ALPHA) } else { alpha })
-            }
-            (roughness, _) => roughness,
+        let along = if material.is_anisotropic() { self.along(scene, normal) } else { None };
+        let textured = |alpha, texture| self.textured_alpha(scene, calculus, alpha, texture);
+        let [first, second] = material.roughness_textures;
+        let across = match (roughness, along.and(material.bsdf.facets())) {
+            (Some(alpha), Some(facets)) => textured(alpha * facets.stretch, second),
+            _ => T::constant(0.0),
         };
+        let roughness = roughness.map(|alpha| textured(alpha, first));
         let (numbers, roughness) = match &material.bsdf {
             Bsdf::Principled(_) | Bsdf::PrincipledThin(_) => {
                 self.principled(scene, calculus, &material.bsdf, roughness)
             }
             _ => (None, roughness.unwrap_or(T::constant(0.0))),
         };
-        let along = if material.bsdf.is_anisotropic() { self.along(scene, normal) } else { None };
         let opacity = material.opacity.as_ref().map(|opacity| {
             luminance(match opacity {
                 Reflectance::Constant(c) => Rgb::constant(*c),
@@ -200,6 +200,7 @@ impl<T: Number> SurfacePoint<T> {
             viewer: self.viewer,
             reflectance,
             roughness,
+            across,
             numbers,
             along,
             behind: cosine < 0.0 && transmits,
@@ -208,6 +209,20 @@ impl<T: Number> SurfacePoint<T> {
             beneath,
             blend: None,
         })
+    }
+
+    /// α times the luminance of its texture, if it has one.
+    #[inline]
+    fn textured_alpha<C: Calculus<Number = T>>(
+        &self,
+        scene: &Scene,
+        calculus: &C,
+        alpha: T,
+        texture: Option<usize>,
+    ) -> T {
+        let Some(texture) = texture else { return alpha };
+        let alpha = alpha * luminance(self.texture(scene, calculus, texture));
+        if alpha.value() < LEAST_ALPHA { T::constant(LEAST_ALPHA) } else { alpha }
     }
 
     /// Parameters of a principled BSDF at the point, and its roughness there; `roughness` overrides it if

@@ -60,7 +60,7 @@ impl Finish {
         let material = &scene.description.materials[material];
         let is_plain = material.opacity.is_none()
             && material.relief.is_none()
-            && material.roughness_texture.is_none()
+            && material.roughness_textures == [None; 2]
             && material.blend.is_none()
             && material.back.is_none();
         match &material.bsdf {
