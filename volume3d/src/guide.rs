@@ -6,6 +6,7 @@
 //! | [`methods`] | which method and which settings, and how to find out |
 //! | [`bias`] | what is unbiased, biased and refused, and where tails are heavy |
 //! | [`surfaces`] | a surface of unknown shape from pictures: as a grid of distances, and as a network |
+//! | [`deviations`] | where a scene of the Mitsuba format means something else here than there, and by how much |
 //! | [`size`] | how large a problem is practical, and what it takes in time, threads and memory |
 
 #[doc = include_str!("../guide/start.md")]
@@ -19,6 +20,9 @@ pub mod bias {}
 
 #[doc = include_str!("../guide/surfaces.md")]
 pub mod surfaces {}
+
+#[doc = include_str!("../guide/deviations.md")]
+pub mod deviations {}
 
 #[doc = include_str!("../guide/size.md")]
 pub mod size {}

@@ -244,6 +244,21 @@ impl Mesh {
         self.positions.iter_mut().zip(rates).for_each(|(p, rate)| *p += step * *rate);
     }
 
+    /// Turns triangles, so that what was their back is their front.
+    pub(super) fn turn(&mut self, triangles: &[usize]) {
+        let swap = |corners: &mut [[u32; 3]]| triangles.iter().for_each(|&t| corners[t].swap(1, 2));
+        swap(&mut self.triangles);
+        match &mut self.normals {
+            Normals::Face => {}
+            Normals::Given(Attribute { triangles, .. }) | Normals::AngleWeighted { triangles, .. } => {
+                swap(triangles);
+            }
+        }
+        if let Some(uvs) = &mut self.uvs {
+            swap(&mut uvs.triangles);
+        }
+    }
+
     /// Whether triangles, and those of normals and texture coordinates, are the same as another's; so are texture
     /// coordinates themselves.
     pub(crate) fn has_topology_of(&self, other: &Self) -> bool {
