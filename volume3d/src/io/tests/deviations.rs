@@ -127,7 +127,8 @@ const IMAGES: &[Case] = &[
             let body = format!("<bsdf type='{bsdf}'>{}</bsdf>", board.replace("NAME", name));
             scene(&body).textures[0].texels[0].x
         };
-        assert_eq!(of("diffuse", "reflectance"), of("principled", "roughness"));
+        let apart = of("diffuse", "reflectance") - of("principled", "roughness");
+        assert!(apart.abs() < 1e-12, "{apart}");
     }),
     ("masks seen against nothing", || {
         let quad = |bsdf: &str| {
@@ -151,7 +152,8 @@ const IMAGES: &[Case] = &[
         let of = |samples: u32| {
             shown(&format!(
                 "<integrator type='direct'><integer name='emitter_samples' value='{samples}'/></integrator><shape \
-                 type='rectangle'>{WALL}</shape><emitter type='point'><point name='position' value='0,0,3'/></emitter>"
+                 type='rectangle'>{WALL}</shape><emitter type='point'><point name='position' value='0,0,3'/><rgb \
+                 name='intensity' value='1'/></emitter>"
             ))
         };
         let one = of(1);
@@ -169,8 +171,7 @@ const IMAGES: &[Case] = &[
         assert_eq!(of(1), of(2));
     }),
     ("third columns of to_uv", || {
-        let texture = "<texture type='checkerboard' name='reflectance'><transform name='to_uv'><matrix value='1 0 .25 1 0 1 .5 0 0 0 1 0 0 0 0 1'/></transform></texture>";
-        let texture = texture.replace("1 0 .25 1 ", "1 0 .25 0 ").replace("0 1 .5 0 ", "0 1 .5 0 ");
+        let texture = "<texture type='checkerboard' name='reflectance'><transform name='to_uv'><matrix value='1 0 .25 0 0 1 .5 0 0 0 1 0 0 0 0 1'/></transform></texture>";
         is_noted(&format!("<bsdf type='diffuse'>{texture}</bsdf>"), "as before version 3.9");
     }),
     ("seams of OBJ files", || {
@@ -231,7 +232,7 @@ const REFUSALS: &[Case] = &[
     }),
     ("relief on glass", || {
         let relief = "<bsdf type='bumpmap'><texture type='checkerboard'/><bsdf type='dielectric'/></bsdf>";
-        is_refused(relief, "bumpmap");
+        is_refused(relief, "on a material that light passes");
     }),
     ("mixtures in mixtures", || {
         let two = "<bsdf type='diffuse'/><bsdf type='plastic'/>";
@@ -271,7 +272,12 @@ const REFUSALS: &[Case] = &[
         assert!(read_as(&body("<float name='shutter_close' value='1'/>"), false).is_err());
     }),
     ("light in time", || is_noted("<integrator type='transient_path'/>", "light at all times")),
-    ("integrators without light", || is_noted("<integrator type='aov'/>", "in its place path is rendered")),
+    ("integrators without light", || {
+        is_noted(
+            "<integrator type='aov'><string name='aovs' value='d:depth'/></integrator>",
+            "in its place path is rendered",
+        )
+    }),
     ("derivatives by integrators", || {
         assert_eq!(scene("<integrator type='prb_projective'/>").integrator.max_depth, Some(6));
         assert_eq!(scene("<integrator type='path'/>").integrator.max_depth, None);
@@ -304,7 +310,7 @@ const ADDITIONS: &[Case] = &[
         assert_eq!(*reflectance, crate::scene::Reflectance::Constant(DVec3::X));
     }),
     ("lobes of suns", || {
-        let sun = "<emitter type='directional'><vector name='direction' value='0,0,-1'/><float name='kappa' value='50'/></emitter>";
+        let sun = "<emitter type='directional'><vector name='direction' value='0,0,-1'/><rgb name='irradiance' value='1'/><float name='kappa' value='50'/></emitter>";
         assert!(matches!(scene(sun).lights[0], Light::Directional { kappa: 50.0, .. }));
     }),
     ("pixels that are not square", || {
@@ -317,10 +323,10 @@ const ADDITIONS: &[Case] = &[
     }),
     ("two-sided masks", || {
         let mask = "<bsdf type='twosided'><bsdf type='mask'><bsdf type='diffuse'/></bsdf></bsdf>";
-        assert!(scene(mask).materials[0].opacity.is_some());
+        assert!(scene(mask).materials.iter().any(|m| m.opacity.is_some()));
     }),
     ("networks", || {
-        let network = "<shape type='sdfnetwork'><integer name='width' value='4'/><integer name='hidden' value='1'/><integer name='cells' value='4'/></shape>";
+        let network = "<shape type='sdfnetwork'><integer name='width' value='16'/><integer name='cells' value='16'/></shape>";
         assert_eq!(scene(network).implicits.len(), 1);
         assert_eq!(
             scene("<shape type='sdfgrid'><float name='radius' value='.5'/></shape>").implicits.len(),
