@@ -129,7 +129,9 @@ def main():
     write("blendbsdf", sphere('<bsdf type="blendbsdf"><float name="weight" value="0.35"/>' + DIFFUSE + rough % ("ggx", '<float name="alpha" value="0.4"/>') + "</bsdf>"))
     write("plastic", sphere('<bsdf type="plastic"><rgb name="diffuse_reflectance" value="0.2 0.4 0.6"/></bsdf>'))
     write("dielectric", sphere('<bsdf type="dielectric"/>'), integrator='<integrator type="path"><integer name="max_depth" value="6"/></integrator>')
-    write("mask", sphere(f'<bsdf type="mask"><float name="opacity" value="0.6"/><bsdf type="twosided">{DIFFUSE}</bsdf></bsdf>'))
+    # Without a sky, `path` of Mitsuba 3.9 drops the light of paths that pass masks only and then leave the scene.
+    sky = '<emitter type="constant"><rgb name="radiance" value="0.02 0.03 0.04"/></emitter>'
+    write("mask", sphere(f'<bsdf type="mask"><float name="opacity" value="0.6"/><bsdf type="twosided">{DIFFUSE}</bsdf></bsdf>'), lights=LAMP + "\n    " + sky)
     # Texture coordinates.
     painted = f'<bsdf type="twosided"><bsdf type="diffuse">{tiles % ""}</bsdf></bsdf>'
     write("cube_textured", cube(painted))

@@ -24,7 +24,13 @@ const LEVELS: usize = 3;
 /// The scene and the change: the sphere turns about an axis beside it, so that its silhouette and its shadow move.
 fn turning_sphere() -> (Scene, Tangent) {
     let camera = Camera::look_at(DVec3::new(0.0, 2.5, 6.0), DVec3::new(0.0, 0.6, 0.0), DVec3::Y, 0.7);
-    let film = Film { width: SIDE, height: SIDE, crop: None, filter: Filter::Tent { radius: 1.0 } };
+    let film = Film {
+        width: SIDE,
+        height: SIDE,
+        crop: None,
+        sample_border: true,
+        filter: Filter::Tent { radius: 1.0 },
+    };
     let mut description = Description::new(camera, film);
     description.integrator = Integrator { max_depth: Some(2), rr_depth: 5 };
     let white = description.add_material(Material::diffuse("white", DVec3::splat(0.7)));

@@ -13,7 +13,7 @@ use volume3d::scene::{Camera, Description, Film, Filter, Material, Scene};
 /// A sphere with waves on it.
 fn description(levels: usize, smooth: bool) -> Description {
     let camera = Camera::look_at(DVec3::new(0.0, 2.5, 6.0), DVec3::ZERO, DVec3::Y, 0.7);
-    let film = Film { width: 1, height: 1, crop: None, filter: Filter::Box };
+    let film = Film { width: 1, height: 1, crop: None, sample_border: true, filter: Filter::Box };
     let mut description = Description::new(camera, film);
     let white = description.add_material(Material::diffuse("white", DVec3::ONE));
     let (positions, triangles) = icosphere(levels);

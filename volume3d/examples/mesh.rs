@@ -82,7 +82,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// A body in a grey sky, between lamps of three colours.
 fn description(body: Mesh) -> Description {
-    let film = Film { width: 64, height: 64, crop: None, filter: Filter::Tent { radius: 1.0 } };
+    let film =
+        Film { width: 64, height: 64, crop: None, sample_border: true, filter: Filter::Tent { radius: 1.0 } };
     let mut description = Description::new(camera(0), film);
     description.integrator = Integrator { max_depth: Some(2), rr_depth: 5 };
     let clay = description.add_material(Material::diffuse("clay", DVec3::new(0.7, 0.5, 0.35)));

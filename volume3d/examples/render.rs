@@ -56,7 +56,13 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// Three blocks of clay, brass and paper in the corner of a room, under a lamp.
 fn description() -> Description {
     let camera = Camera::look_at(DVec3::new(3.0, 2.6, 4.8), DVec3::new(-0.2, 0.75, 0.0), DVec3::Y, 0.65);
-    let film = Film { width: 160, height: 120, crop: None, filter: Filter::Gaussian { deviation: 0.5 } };
+    let film = Film {
+        width: 160,
+        height: 120,
+        crop: None,
+        sample_border: true,
+        filter: Filter::Gaussian { deviation: 0.5 },
+    };
     let mut description = Description::new(camera, film);
     description.integrator = Integrator { max_depth: Some(5), rr_depth: 5 };
 

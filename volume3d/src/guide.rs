@@ -6,6 +6,7 @@
 //! | [`methods`] | choice of method and settings |
 //! | [`bias`] | unbiased, biased and refused cases; heavy tails |
 //! | [`surfaces`] | surface reconstruction from pictures, as a distance grid or a neural network |
+//! | [`deviations`] | differences from the Mitsuba format, with their sizes |
 //! | [`size`] | practical problem sizes, with time, threads and memory |
 //! | [`theory`] | the mathematics in eleven pages: theorem, fields, curves, paths, implicit surfaces, bias |
 
@@ -20,6 +21,9 @@ pub mod bias {}
 
 #[doc = include_str!("../guide/surfaces.md")]
 pub mod surfaces {}
+
+#[doc = include_str!("../guide/deviations.md")]
+pub mod deviations {}
 
 #[doc = include_str!("../guide/size.md")]
 pub mod size {}

@@ -81,7 +81,7 @@ fn chair(leg: f64) -> anyhow::Result<Mesh> {
 
 /// A square film.
 pub(crate) fn film(side: usize) -> Film {
-    Film { width: side, height: side, crop: None, filter: Filter::Tent { radius: 1.0 } }
+    Film { width: side, height: side, crop: None, sample_border: true, filter: Filter::Tent { radius: 1.0 } }
 }
 
 /// Cameras around the origin, spread evenly; `turn` turns them all about the vertical, in radians.

@@ -43,7 +43,8 @@ impl Stage {
             plane::Filter::Tent => Filter::Tent { radius: 1.0 },
             plane::Filter::Gaussian => Filter::Gaussian { deviation: 0.5 },
         };
-        let film = Film { width: camera.width, height: camera.height, crop: None, filter };
+        let film =
+            Film { width: camera.width, height: camera.height, crop: None, sample_border: true, filter };
         let coverage::Camera { origin, right, up, forward, field_of_view, .. } = *camera;
         let (principal_point, pixel_aspect) = (glam::DVec2::ZERO, 1.0);
         let camera = Camera {
@@ -108,7 +109,7 @@ impl Stage {
 
 /// A film of so many pixels a side.
 pub fn film(size: usize, filter: Filter) -> Film {
-    Film { width: size, height: size, crop: None, filter }
+    Film { width: size, height: size, crop: None, sample_border: true, filter }
 }
 
 /// A square of half size `half`, facing `normal`.

@@ -34,7 +34,13 @@ fn under_the_sky(depth: usize) -> Description {
 
 fn in_the_dark(depth: usize) -> Description {
     let camera = Camera::look_at(DVec3::new(0.3, -5.0, 3.0), DVec3::new(0.0, 0.0, 0.8), DVec3::Z, 0.75);
-    let film = Film { width: SIDE, height: SIDE, crop: None, filter: Filter::Tent { radius: 1.0 } };
+    let film = Film {
+        width: SIDE,
+        height: SIDE,
+        crop: None,
+        sample_border: true,
+        filter: Filter::Tent { radius: 1.0 },
+    };
     let mut description = Description::new(camera, film);
     description.integrator = Integrator { max_depth: Some(depth), rr_depth: 10 };
     description.add_material(Material::diffuse("clay", DVec3::new(0.8, 0.6, 0.4)));

@@ -285,7 +285,7 @@ fn forward(options: &Options) -> anyhow::Result<Report> {
         text += &contact::through_implicits(scene);
     }
     text += &totals(&result.regions);
-    let mut written = Written::after(text);
+    let mut written = Written::after(text).noting(&loaded.deviations);
     for output in &outputs.gradient {
         output.write_with_comments(&result.gradient, &left_out(&result.left_out), &mut written)?;
     }

@@ -7,8 +7,8 @@ use anyhow::bail;
 use glam::DVec3;
 use volume3d::Image;
 use volume3d::io::{
-    Array, Precision, destination, signed_range, write_exr_with_comments, write_npy, write_png,
-    write_signed_png,
+    Array, Precision, destination, signed_range, write_exr_with_comments, write_npy, write_png_with_comments,
+    write_signed_png_with_comments,
 };
 
 use super::report::{Outcome, Report};
@@ -34,12 +34,20 @@ pub(super) enum Pixels {
 pub(super) struct Written {
     pub(super) text: String,
     pub(super) outcome: Outcome,
+    /// What must be known of every image: for the headers of files that have room for it.
+    comments: String,
 }
 
 impl Written {
     /// Nothing yet, after some words.
     pub(super) fn after(text: String) -> Self {
-        Self { text, outcome: Outcome::Good }
+        Self { text, outcome: Outcome::Good, comments: String::new() }
+    }
+
+    /// The same, of a scene that is not all that its file says.
+    pub(super) fn noting(mut self, deviations: &[String]) -> Self {
+        self.comments = deviations.iter().map(|note| format!("note: {note}\n")).collect();
+        self
     }
 
     /// Says that what comes next is not finite: the program's exit status will say so as well.
@@ -91,7 +99,7 @@ impl Output {
         self.write_with_comments(image, "", to)
     }
 
-    /// The same, with a text in the header of an .exr.
+    /// The same, with a text in the header, beside what must be known of every image. An .npy has no room for it.
     pub(super) fn write_with_comments(
         &self,
         image: &Image,
@@ -99,13 +107,14 @@ impl Output {
         to: &mut Written,
     ) -> anyhow::Result<()> {
         let mut note = String::new();
+        let comments = format!("{}{comments}", to.comments);
         match (self.format, self.pixels) {
-            (Format::Exr, _) => write_exr_with_comments(&self.path, image, comments)?,
+            (Format::Exr, _) => write_exr_with_comments(&self.path, image, &comments)?,
             (Format::Npy, _) => write_npy(&self.path, &Array::from(image), Precision::Single)?,
-            (Format::Png, Pixels::Radiance) => write_png(&self.path, image)?,
+            (Format::Png, Pixels::Radiance) => write_png_with_comments(&self.path, image, &comments)?,
             (Format::Png, Pixels::Signed) => {
                 let range = signed_range(image);
-                write_signed_png(&self.path, image, range)?;
+                write_signed_png_with_comments(&self.path, image, range, &comments)?;
                 note = format!(" (blue {:.3e}, white 0, red {range:.3e})", -range);
             }
         }

@@ -70,7 +70,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     let lost_rays = rendering.lost_rays.as_ref();
     text += &lost_with_picture(rendering.traces, lost_rays, samples * width * height, &options.output)?;
     text += &totals(&rendering.regions);
-    let mut written = Written::after(text);
+    let mut written = Written::after(text).noting(&loaded.deviations);
     for output in &outputs {
         output.write(&rendering.image, &mut written)?;
     }

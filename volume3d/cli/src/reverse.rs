@@ -99,7 +99,7 @@ pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
     }
     let heavy = gradient.outlier().map(|largest| outlier(largest, gradient.largest_share()));
     text += &heavy.unwrap_or_default();
-    let mut written = Written::after(text);
+    let mut written = Written::after(text).noting(&loaded.deviations);
     for (array, path) in arrays(&parameters, scene, &gradient.by_parameter).iter().zip(&paths) {
         let size = array.values.iter().map(|x| x * x).sum::<f64>().sqrt();
         write_npy(path, array, Precision::Double)?;

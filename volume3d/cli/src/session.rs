@@ -74,6 +74,8 @@ pub(super) struct Loaded {
     pub(super) files: Vec<PathBuf>,
     /// What was read in another way than it may have been meant.
     pub(super) notes: Vec<Note>,
+    /// Of these, what makes the image another one: for every run, and for its results.
+    pub(super) deviations: Vec<String>,
 }
 
 impl SceneOptions {
@@ -98,8 +100,7 @@ impl SceneOptions {
         let Self { define, size, lenient, .. } = self;
         let options = ReadOptions { variables: define.clone(), size: *size, is_lenient: *lenient };
         let loaded = Loaded::read_with(&self.scene, &options)?;
-        let told = loaded.notes.iter().filter(|note| *lenient || note.changes_image);
-        told.for_each(|note| say(&format!("note: {note}\n")));
+        loaded.say_deviations();
         Ok(loaded)
     }
 }
@@ -115,6 +116,7 @@ impl Loaded {
         let bytes = bytes.map_err(|e| anyhow!("{e:#}"))?;
         let files = RefCell::new(vec![path.to_path_buf()]);
         let open = |file: &Path| {
+            check_file(file)?;
             let bytes = read_bytes(file)?;
             files.borrow_mut().push(file.to_path_buf());
             Ok(bytes)
@@ -123,7 +125,14 @@ impl Loaded {
         check_triangles(path, description.shapes.iter().map(|shape| shape.mesh.triangles().len()).sum())?;
         let scene = Scene::new(description).map_err(|e| anyhow!("{}: {e}", path.display()))?;
         check_memory(path, &scene)?;
-        Ok(Self { scene, files: files.into_inner(), notes })
+        let told = notes.iter().filter(|note| options.is_lenient || note.changes_image);
+        let deviations = told.map(ToString::to_string).collect();
+        Ok(Self { scene, files: files.into_inner(), notes, deviations })
+    }
+
+    /// Says on the standard error what makes the image another one.
+    pub(super) fn say_deviations(&self) {
+        self.deviations.iter().for_each(|note| say(&format!("note: {note}\n")));
     }
 }
 
@@ -137,6 +146,28 @@ const BYTES_OF_A_RENDERING: usize = 100;
 /// Bytes for each triangle until a scene can be rendered: measured with 980,000 triangles of
 /// one mesh. Gradients take more.
 const BYTES_A_TRIANGLE: usize = 480;
+
+/// Bytes of memory for each byte of a grid's file until it can be traced: itself, nodes in double precision, and two flags for
+/// each, while the file is no longer there.
+const BYTES_OF_A_GRID: u64 = 3;
+
+/// Refuses files that are larger than what can be had, before they are read; grids with what is made of them.
+fn check_file(path: &Path) -> std::io::Result<()> {
+    let is_grid = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("vol"));
+    let bytes = std::fs::metadata(path)?.len();
+    let needed = bytes.saturating_mul(if is_grid { BYTES_OF_A_GRID } else { 1 });
+    match memory::available() {
+        Some(available) if needed > available as u64 => Err(std::io::Error::new(
+            std::io::ErrorKind::OutOfMemory,
+            format!(
+                "it takes {} of memory, and there is {} to be had",
+                size_of_memory(usize::try_from(needed).unwrap_or(usize::MAX)),
+                size_of_memory(available)
+            ),
+        )),
+        _ => Ok(()),
+    }
+}
 
 /// Refuses meshes that are larger than what can be had, before hierarchies are built over them.
 fn check_triangles(path: &Path, triangles: usize) -> anyhow::Result<()> {

@@ -13,13 +13,26 @@ impl Mesh {
     /// Number of triangles whose given vertex normals all point to the back of their face.
     #[must_use]
     pub fn turned_normals(&self) -> usize {
-        let Normals::Given(normals) = self.normals() else { return 0 };
-        let corners = self.triangles().iter().zip(&normals.triangles);
-        let turned = |(triangle, normal): (&[u32; 3], &[u32; 3])| {
-            let face = self.face(triangle);
-            normal.iter().all(|&i| normals.values[i as usize].dot(face) < 0.0)
+        self.contrary().len()
+    }
+
+    /// Those triangles.
+    fn contrary(&self) -> Vec<usize> {
+        let Normals::Given(normals) = self.normals() else { return vec![] };
+        let turned = |&t: &usize| {
+            let face = self.face(&self.triangles()[t]);
+            normals.triangles[t].iter().all(|&i| normals.values[i as usize].dot(face) < 0.0)
         };
-        corners.filter(|&pair| turned(pair)).count()
+        (0..self.triangles().len()).filter(turned).collect()
+    }
+
+    /// The same mesh, with those triangles turned, and how many they are: their fronts are then where their vertex
+    /// normals point to.
+    #[must_use]
+    pub fn with_fronts_by_normals(mut self) -> (Self, usize) {
+        let turned = self.contrary();
+        self.turn(&turned);
+        (self, turned.len())
     }
 
     /// Whether any vertex normals, given or angle-weighted, differ from the normals of their faces.
@@ -65,6 +78,9 @@ mod tests {
         assert_eq!(found(&Mesh::rectangle()), (0, false));
         assert_eq!(found(&with(3.0 * DVec3::Z)), (0, false));
         assert_eq!(found(&with(DVec3::NEG_Z)), (2, true));
+        let (front, turned) = with(DVec3::NEG_Z).with_fronts_by_normals();
+        assert_eq!((turned, found(&front)), (2, (0, false)));
+        assert_eq!(with(DVec3::Z).with_fronts_by_normals(), (with(DVec3::Z), 0));
         assert_eq!(found(&with(DVec3::new(0.1, 0.0, 1.0))), (0, true));
         let smooth = |mesh: Mesh| {
             let (triangles, count) = (mesh.triangles().to_vec(), mesh.positions().len());

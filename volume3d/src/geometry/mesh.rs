@@ -207,6 +207,21 @@ impl Mesh {
         self.positions.iter_mut().zip(rates).for_each(|(p, rate)| *p += step * *rate);
     }
 
+    /// Reverses triangles: their backs become their fronts.
+    pub(super) fn turn(&mut self, triangles: &[usize]) {
+        let swap = |corners: &mut [[u32; 3]]| triangles.iter().for_each(|&t| corners[t].swap(1, 2));
+        swap(&mut self.triangles);
+        match &mut self.normals {
+            Normals::Face => {}
+            Normals::Given(Attribute { triangles, .. }) | Normals::AngleWeighted { triangles, .. } => {
+                swap(triangles);
+            }
+        }
+        if let Some(uvs) = &mut self.uvs {
+            swap(&mut uvs.triangles);
+        }
+    }
+
     /// Whether the topology of triangles, normals and texture coordinates equals another mesh's, and the
     /// texture coordinates do too.
     pub(crate) fn has_topology_of(&self, other: &Self) -> bool {

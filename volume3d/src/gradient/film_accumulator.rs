@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::film::FilmPlane;
 use super::groups::{groups, parts, scatter_to_variance};
 use super::regions::RegionSums;
-use super::unit_weights::{Level, UnitWeights};
+use super::unit_weights::{Level, UnitWeights, even_parts, nearness};
 
 /// Sums of K quantities that one row of cells contributes to the pixel rows it reaches, separate for each
 /// class of samples.
@@ -28,7 +28,7 @@ impl<const K: usize> RowSums<K> {
     pub(crate) fn new(film: &FilmPlane, samples: usize, weights: UnitWeights) -> Self {
         let (classes, reach) = (weights.classes(samples), film.reach);
         let size = (2 * reach + 1) * film.columns * classes;
-        let levels = vec![[0.0; 4]; if weights.nearness().is_some() { size } else { 0 }];
+        let levels = vec![[0.0; 4]; if weights.estimates() { size } else { 0 }];
         Self { columns: film.columns, classes, samples, reach, weights, sums: vec![[0.0; K]; size], levels }
     }
 
@@ -61,17 +61,21 @@ impl<const K: usize> RowSums<K> {
         self.levels.get_mut((b * self.columns + x) * self.classes + class).map(|level| &mut level[0])
     }
 
-    /// Adds the radiance of a class's samples in a cell of column i to the local radiance estimates of the
-    /// surrounding pixels.
-    pub(crate) fn add_light(&mut self, film: &FilmPlane, i: usize, class: usize, light: DVec3) {
-        let Some(nearness) = self.weights.nearness() else { return };
-        for (b, along) in nearness.iter().enumerate() {
-            for (a, across) in nearness.iter().enumerate() {
-                if let Some(x) = film.pixel_column(i, self.reach - 1 + a) {
-                    let at = ((self.reach - 1 + b) * self.columns + x) * self.classes + class;
-                    for (sum, light) in self.levels[at][1..].iter_mut().zip(light.to_array()) {
-                        *sum += along * across * light;
-                    }
+    /// Adds the light of samples of a class in a cell to the estimates of light near the pixels
+    /// around it.
+    pub(crate) fn add_light(&mut self, film: &FilmPlane, (i, j): (usize, usize), class: usize, light: DVec3) {
+        if !self.weights.estimates() {
+            return;
+        }
+        for b in self.reach - 1..self.reach + 2 {
+            let Some(y) = film.pixel_row(j, b) else { continue };
+            let along = nearness(film, 1, y, self.reach as isize - b as isize);
+            for a in self.reach - 1..self.reach + 2 {
+                let Some(x) = film.pixel_column(i, a) else { continue };
+                let across = nearness(film, 0, x, self.reach as isize - a as isize);
+                let at = (b * self.columns + x) * self.classes + class;
+                for (sum, light) in self.levels[at][1..].iter_mut().zip(light.to_array()) {
+                    *sum += along * across * light;
                 }
             }
         }
@@ -92,6 +96,8 @@ pub(crate) struct FilmAccumulator<const K: usize> {
     open_levels: VecDeque<Vec<Level>>,
     /// Row sums still to come before the first open row is a row of the image.
     before: usize,
+    /// By column and by row, of classes that are parities of cells.
+    even: [Vec<f64>; 2],
 }
 
 impl<const K: usize> FilmAccumulator<K> {
@@ -101,7 +107,11 @@ impl<const K: usize> FilmAccumulator<K> {
     pub(crate) fn new(film: &FilmPlane, samples: usize) -> Self {
         let regions = RegionSums::new(film.columns, film.rows, groups(samples));
         let (open, open_levels, before) = (VecDeque::new(), VecDeque::new(), 2 * film.reach);
-        Self { mean: vec![], variance: vec![], regions, open, open_levels, before }
+        let even = [0, 1].map(|axis| match UnitWeights::of_own_numbers(film, samples) {
+            UnitWeights::Parities => even_parts(film, axis),
+            _ => vec![0.0; film.size()[axis]],
+        });
+        Self { mean: vec![], variance: vec![], regions, open, open_levels, before, even }
     }
 
     /// Adds the next row sums, in order.
@@ -121,7 +131,8 @@ impl<const K: usize> FilmAccumulator<K> {
         let y = self.mean.len() / columns;
         for (x, sums) in complete.chunks_mut(classes).enumerate() {
             let levels = levels.get(x * classes..(x + 1) * classes).unwrap_or_default();
-            let groups = weights.correct(samples, (x + reach, y + reach), sums, levels);
+            let pixel = ((x + reach, y + reach), [self.even[0][x], self.even[1][y]]);
+            let groups = weights.correct(samples, pixel, sums, levels);
             let sums = &sums[..groups];
             for (group, sum) in sums.iter().enumerate() {
                 let at = |c: usize| sum[Self::REGARDED + c];

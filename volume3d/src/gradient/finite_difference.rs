@@ -150,7 +150,7 @@ impl FiniteDifference {
                 sink.row_sums.add(group(sample, self.samples), b, x, &quantities, weight);
                 amount += rate.abs().element_sum();
             });
-            sink.row_sums.add_light(film, i, group(sample, self.samples), mean);
+            sink.row_sums.add_light(film, (i, j), group(sample, self.samples), mean);
             sink.contributed(film.located(i, j, sample), amount);
         }
     }

@@ -4,9 +4,10 @@ use glam::DVec2;
 
 use super::film::FilmPlane;
 use crate::geometry::Edges;
-use crate::scene::{Filter, Scene};
+use crate::scene::Scene;
 
-/// Edges of a shape that project onto borders of pixels under the box filter.
+/// Edges of a shape that the camera sees along borders of pixels under the box filter, or along a border of the
+/// film that cuts other filters.
 ///
 /// Exactly on a border, a pixel has no derivative by motion across it, only two one-sided ones; all methods
 /// return their mean. Near a border, the derivative is valid for displacements shorter than the distance
@@ -28,12 +29,11 @@ const NEAR: f64 = 1e-4;
 const FLAT: f64 = 1e-9;
 
 impl OnPixelBorders {
-    /// The affected edges of a scene, by shape. Empty for other filters, and for cameras with a lens, which
-    /// blurs edges.
+    /// By shape, those of a scene. There are none behind a lens, which spreads edges.
     #[must_use]
     pub fn of(scene: &Scene) -> Vec<Self> {
         let film = FilmPlane::new(scene);
-        if scene.description.film.filter != Filter::Box || film.has_lens() {
+        if !film.ends_at_border() || film.has_lens() {
             return vec![];
         }
         let mut found: Vec<Self> = vec![];
@@ -76,8 +76,11 @@ impl FilmPlane {
             let line = p[axis].round();
             let distance = (p[axis] - line).abs().max((q[axis] - line).abs());
             let across = 1 - axis;
-            let seen = line >= low[axis]
-                && line <= high[axis]
+            let is_border = match self.is_box() {
+                true => line >= low[axis] && line <= high[axis],
+                false => line == low[axis] || line == high[axis],
+            };
+            let seen = is_border
                 && p[across].min(q[across]) < high[across]
                 && p[across].max(q[across]) > low[across]
                 && p.distance(q) > NEAR;

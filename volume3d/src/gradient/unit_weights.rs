@@ -23,11 +23,8 @@ pub(super) enum UnitWeights {
     Untouched,
     /// The groups of samples.
     Groups,
-    /// Cells by parity of column and row, if there is only one group.
-    Parities {
-        /// Fraction of the filter along an axis that lies over cells at even distances from the pixel's own.
-        even: f64,
-    },
+    /// Cells of one parity of column and row, as there is one group only.
+    Parities,
 }
 
 /// Weights of three neighbouring cells along an axis in the local radiance estimate of the middle one. Over
@@ -44,11 +41,7 @@ impl UnitWeights {
     /// Classes for cells with separate random numbers.
     pub(super) fn of_own_numbers(film: &FilmPlane, samples: usize) -> Self {
         match Self::of_shared_numbers(film, samples) {
-            Self::Untouched if !film.is_box() => {
-                let reach = film.reach as i32;
-                let even = (-reach..=reach).filter(|at| at % 2 == 0).map(f64::from);
-                Self::Parities { even: even.map(|at| integral(film.filter(), at - 0.5, at + 0.5)).sum() }
-            }
+            Self::Untouched if !film.is_box() => Self::Parities,
             other => other,
         }
     }
@@ -61,7 +54,7 @@ impl UnitWeights {
     /// Number of classes.
     pub(super) fn classes(self, samples: usize) -> usize {
         match self {
-            Self::Parities { .. } => PARITIES,
+            Self::Parities => PARITIES,
             Self::Untouched | Self::Groups => groups(samples),
         }
     }
@@ -70,31 +63,31 @@ impl UnitWeights {
     #[inline]
     pub(super) fn class(self, cell: (usize, usize), group: usize) -> usize {
         match self {
-            Self::Parities { .. } => parity(cell),
+            Self::Parities => parity(cell),
             Self::Untouched | Self::Groups => group,
         }
     }
 
-    /// Weights of three neighbouring cells in the local radiance estimate of the middle one; `None` without
-    /// correction.
+    /// Whether there is an estimate of the light near a pixel.
     #[inline]
-    pub(super) fn nearness(self) -> Option<[f64; 3]> {
-        (self != Self::Untouched).then_some(NEARNESS)
+    pub(super) fn estimates(self) -> bool {
+        self != Self::Untouched
     }
 
-    /// Removes the noise of the weights from a pixel's sums by class, of which the first three quantities are
-    /// radiance. Returns the number of sums that remain: one per group.
+    /// Takes the noise of weights out of the sums of a pixel, of which the first three are its light, by
+    /// class. `even` is, along columns and rows, the part of the pixel's filter that is over cells at even
+    /// distances from its own. Returned are how many of them are left: one for each group.
     pub(super) fn correct<const K: usize>(
         self,
         samples: usize,
-        own_cell: (usize, usize),
+        (own_cell, even): ((usize, usize), [f64; 2]),
         sums: &mut [[f64; K]],
         levels: &[Level],
     ) -> usize {
         let even = match self {
             Self::Untouched => return sums.len(),
             Self::Groups => None,
-            Self::Parities { even } => Some(even),
+            Self::Parities => Some(even),
         };
         let mut all = [0.0; 3];
         for [_, light @ ..] in levels {
@@ -110,8 +103,11 @@ impl UnitWeights {
                 }
                 Some(even) => {
                     let beside = class ^ parity(own_cell);
-                    let along = |odd: usize| if odd == 0 { even } else { 1.0 - even };
-                    (along(beside & 1) * along(beside >> 1), 1.0 - 1.0 / PARITIES as f64)
+                    let along = |axis: usize| match beside >> axis & 1 {
+                        0 => even[axis],
+                        _ => 1.0 - even[axis],
+                    };
+                    (along(0) * along(1), 1.0 - 1.0 / PARITIES as f64)
                 }
             };
             for c in 0..3 {
@@ -128,6 +124,42 @@ impl UnitWeights {
         }
         1
     }
+}
+
+/// The weight of a cell, at a distance of −1, 0 or 1 along an axis, in the estimate of the light near the pixel
+/// x of n. Where no sample falls beside the film, the cell on the other side stands for the one that is missing.
+#[inline]
+pub(super) fn nearness(film: &FilmPlane, axis: usize, x: usize, distance: isize) -> f64 {
+    let weight = NEARNESS[(distance + 1) as usize];
+    if !film.is_cut() {
+        return weight;
+    }
+    let n = film.size()[axis];
+    let is_missing = |distance: isize| x.checked_add_signed(distance).is_none_or(|cell| cell >= n);
+    match distance {
+        0 if n == 1 => 1.0,
+        0 => weight,
+        _ if is_missing(-distance) => 2.0 * weight,
+        _ => weight,
+    }
+}
+
+/// For every pixel along an axis, the part of its filter that is over cells at even distances from its own.
+pub(super) fn even_parts(film: &FilmPlane, axis: usize) -> Vec<f64> {
+    let (reach, n) = (film.reach, film.size()[axis]);
+    let over: Vec<f64> =
+        (0..=reach).map(|at| integral(film.filter(), at as f64 - 0.5, at as f64 + 0.5)).collect();
+    let part = |x: usize| {
+        let (before, behind) = if film.is_cut() { (x, n - 1 - x) } else { (reach, reach) };
+        let cells = (1..=before.min(reach)).rev().chain(0..=behind.min(reach));
+        let (mut even, mut all) = (0.0, 0.0);
+        for distance in cells {
+            all += over[distance];
+            even += if distance % 2 == 0 { over[distance] } else { 0.0 };
+        }
+        if film.is_cut() { even / all } else { even }
+    };
+    (0..n).map(part).collect()
 }
 
 /// Whether column and row are odd, as bits.
@@ -154,7 +186,8 @@ mod tests {
             let film = FilmPlane::new(&scene);
             assert_eq!(UnitWeights::of_shared_numbers(&film, 1), UnitWeights::Untouched);
             assert_eq!(UnitWeights::of_own_numbers(&film, 2), UnitWeights::Groups);
-            let UnitWeights::Parities { even } = UnitWeights::of_own_numbers(&film, 1) else { panic!() };
+            assert_eq!(UnitWeights::of_own_numbers(&film, 1), UnitWeights::Parities);
+            let even = even_parts(&film, 0)[2];
             let reach = film.reach as i32;
             let odd: f64 = (-reach..=reach)
                 .filter(|at| at % 2 != 0)

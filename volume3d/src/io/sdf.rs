@@ -34,7 +34,42 @@ pub fn read_sdf(path: &Path, interpolation: Interpolation) -> Result<Grid, Error
 /// # Errors
 /// [`Error::Grid`].
 pub fn parse_sdf(bytes: &[u8], path: &Path, interpolation: Interpolation) -> Result<Grid, Error> {
-    parse(bytes, interpolation).map_err(|problem| Error::Grid { path: path.to_path_buf(), problem })
+    let error = |problem| Error::Grid { path: path.to_path_buf(), problem };
+    let Stored { size, low, high, nodes } = parse(bytes).map_err(error)?;
+    grid(interpolation, (low, high), size, nodes).map_err(error)
+}
+
+/// [`parse_sdf`] with the outermost nodes on the faces of [0, 1]³, where Mitsuba puts them, or of the box of the
+/// file. The bytes go before the grid is made.
+pub(super) fn into_sdf(
+    bytes: Vec<u8>,
+    path: &Path,
+    interpolation: Interpolation,
+    keeps_box: bool,
+) -> Result<Grid, Error> {
+    let error = |problem| Error::Grid { path: path.to_path_buf(), problem };
+    let Stored { size, low, high, nodes } = parse(&bytes).map_err(error)?;
+    drop(bytes);
+    let corners = if keeps_box { (low, high) } else { (DVec3::ZERO, DVec3::ONE) };
+    grid(interpolation, corners, size, nodes).map_err(error)
+}
+
+fn grid(
+    interpolation: Interpolation,
+    (low, high): (DVec3, DVec3),
+    size: [usize; 3],
+    nodes: Vec<f64>,
+) -> Result<Grid, GridProblem> {
+    let cells = DVec3::from_array(size.map(|n| n as f64 - 1.0));
+    Ok(Grid::new(interpolation, low, (high - low) / cells, size, nodes)?)
+}
+
+/// What a file holds.
+struct Stored {
+    size: [usize; 3],
+    low: DVec3,
+    high: DVec3,
+    nodes: Vec<f64>,
 }
 
 /// Writes a grid in single precision, atomically.
@@ -73,7 +108,7 @@ pub fn write_sdf(path: &Path, grid: &Grid) -> Result<(), Error> {
     files::write(path, |file| file.write_all(&bytes).map_err(error))
 }
 
-fn parse(bytes: &[u8], interpolation: Interpolation) -> Result<Grid, GridProblem> {
+fn parse(bytes: &[u8]) -> Result<Stored, GridProblem> {
     let rest = bytes.strip_prefix(b"VOL").ok_or(GridProblem::Magic)?;
     let found = bytes.len();
     let (&version, _) = rest.split_first().ok_or(GridProblem::Header { found })?;
@@ -103,6 +138,5 @@ fn parse(bytes: &[u8], interpolation: Interpolation) -> Result<Grid, GridProblem
     let mut nodes = with_room(data.len() / 4, "the nodes")?;
     nodes.extend(data.as_chunks::<4>().0.iter().map(|&word| f64::from(f32::from_le_bytes(word))));
     let [low, high] = [5, 8].map(|i| DVec3::new(number(i), number(i + 1), number(i + 2)));
-    let cells = DVec3::from_array(size.map(|n| n as f64 - 1.0));
-    Ok(Grid::new(interpolation, low, (high - low) / cells, size, nodes)?)
+    Ok(Stored { size, low, high, nodes })
 }

@@ -124,7 +124,7 @@ mod tests {
     #[test]
     fn gradients_are_by_the_coordinates() {
         let camera = Camera::look_at(DVec3::new(0.0, 1.0, 6.0), DVec3::ZERO, DVec3::Y, 0.7);
-        let film = Film { width: 1, height: 1, crop: None, filter: Filter::Box };
+        let film = Film { width: 1, height: 1, crop: None, sample_border: true, filter: Filter::Box };
         let mut d = Description::new(camera, film);
         let white = d.add_material(Material::diffuse("white", DVec3::splat(0.7)));
         d.add_shape("block", crate::geometry::Mesh::cube(), white);

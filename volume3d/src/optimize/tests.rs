@@ -11,7 +11,8 @@ use crate::scene::{
 /// Something of every kind.
 pub(super) fn scene() -> Scene {
     let camera = Camera::look_at(DVec3::new(0.0, 1.0, 6.0), DVec3::ZERO, DVec3::Y, 0.7);
-    let film = Film { width: 8, height: 8, crop: None, filter: Filter::Tent { radius: 1.0 } };
+    let film =
+        Film { width: 8, height: 8, crop: None, sample_border: true, filter: Filter::Tent { radius: 1.0 } };
     let mut d = Description::new(camera, film);
     let texels = (0..6).map(|i| DVec3::splat(0.1 * f64::from(i))).collect();
     let (wrap, to_uv) = (Wrap::Clamp, glam::DAffine2::IDENTITY);

@@ -154,9 +154,6 @@ pub struct Crop {
 }
 
 /// A film.
-///
-/// The image plane continues beyond the film's border: a filter that extends over the border includes what is
-/// there (Mitsuba's `sample_border`), so that all pixels are treated alike.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Film {
     /// Columns of the whole film.
@@ -165,6 +162,11 @@ pub struct Film {
     pub height: usize,
     /// The part that is rendered, if not the whole film.
     pub crop: Option<Crop>,
-    /// The pixel filter.
+    /// Whether a filter that reaches over the border of the film, or of its crop, sees what is there, so that
+    /// no pixel is special. Where it is not, as in Mitsuba unless its `sample_border` is true, a pixel near the
+    /// border is the mean of what is within, by the same weights: ∫ h L/∫ h over the film. To the box filter,
+    /// which does not reach over, both are the same.
+    pub sample_border: bool,
+    /// The filter of every pixel.
     pub filter: Filter,
 }

@@ -39,7 +39,10 @@ mod tests {
 
     fn message(change: impl Fn(&mut Description)) -> String {
         let camera = Camera::look_at(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, 0.7);
-        let mut d = Description::new(camera, Film { width: 2, height: 2, crop: None, filter: Filter::Box });
+        let mut d = Description::new(
+            camera,
+            Film { width: 2, height: 2, crop: None, sample_border: true, filter: Filter::Box },
+        );
         let white = d.add_material(Material::diffuse("white", DVec3::ONE));
         d.add_shape("ball", Mesh::cube(), white);
         let fog = Medium { id: "fog".to_owned(), extinction: DVec3::ONE, albedo: DVec3::ONE, asymmetry: 0.5 };

@@ -56,7 +56,7 @@ mod tests {
     #[test]
     fn a_mesh_is_too_coarse_where_rounding_turns_its_faces() {
         let camera = Camera::look_at(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, 0.7);
-        let film = Film { width: 1, height: 1, crop: None, filter: Filter::Box };
+        let film = Film { width: 1, height: 1, crop: None, sample_border: true, filter: Filter::Box };
         let mut d = Description::new(camera, film);
         let white = d.add_material(Material::diffuse("white", DVec3::ONE));
         for far in [0.0, 1e9, 1e12] {

@@ -49,7 +49,7 @@ mod tests {
     #[test]
     fn a_derived_value_follows_the_geometry() {
         let camera = Camera::look_at(DVec3::new(0.0, 3.0, 9.0), DVec3::ZERO, DVec3::Y, 0.9);
-        let film = Film { width: 4, height: 4, crop: None, filter: Filter::Box };
+        let film = Film { width: 4, height: 4, crop: None, sample_border: true, filter: Filter::Box };
         let mut description = Description::new(camera.clone(), film);
         let clay = description.add_material(Material::diffuse("clay", DVec3::splat(0.5)));
         let shape = description.add_shape("floor", Mesh::rectangle(), clay);

@@ -236,7 +236,7 @@ mod tests {
 
     fn description() -> Description {
         let camera = Camera::look_at(DVec3::ZERO, DVec3::Z, DVec3::Y, 0.9);
-        let film = Film { width: 8, height: 8, crop: None, filter: Filter::Box };
+        let film = Film { width: 8, height: 8, crop: None, sample_border: true, filter: Filter::Box };
         let mut description = Description::new(camera, film);
         description.environment = Some(Environment::Constant { id: "sky".into(), radiance: DVec3::ONE });
         let clay = description.add_material(Material::diffuse("clay", DVec3::splat(0.5)));

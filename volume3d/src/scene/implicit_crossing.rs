@@ -141,7 +141,7 @@ mod tests {
 
     fn crossings(floor: f64, second: Option<(f64, f64)>, size: f64) -> Vec<CrossedBy> {
         let camera = Camera::look_at(DVec3::new(0.0, 3.0, 9.0), DVec3::ZERO, DVec3::Y, 0.9);
-        let film = Film { width: 4, height: 4, crop: None, filter: Filter::Box };
+        let film = Film { width: 4, height: 4, crop: None, sample_border: true, filter: Filter::Box };
         let mut description = Description::new(camera, film);
         let clay = description.add_material(Material::diffuse("clay", DVec3::splat(0.5)));
         let ball = |x: f64, radius: f64| Ball::new(DVec3::X * x, radius).expect("a ball");

@@ -84,7 +84,7 @@ mod tests {
 
     fn of(positions: Vec<DVec3>) -> Description {
         let camera = Camera::look_at(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, 0.7);
-        let film = Film { width: 1, height: 1, crop: None, filter: Filter::Box };
+        let film = Film { width: 1, height: 1, crop: None, sample_border: true, filter: Filter::Box };
         let mut d = Description::new(camera, film);
         let white = d.add_material(Material::diffuse("white", DVec3::ONE));
         let triangles = (0..positions.len() as u32 / 3).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();

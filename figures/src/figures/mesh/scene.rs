@@ -35,7 +35,13 @@ pub(super) enum Light {
 pub(super) fn bunny(side: usize, light: Light) -> anyhow::Result<(Scene, Tangent)> {
     let eye = DVec3::new(0.3, 1.3, 3.4);
     let camera = Camera::look_at(eye, DVec3::new(-0.08, 0.44, 0.0), DVec3::Y, 0.44);
-    let film = Film { width: side, height: side, crop: None, filter: Filter::Tent { radius: 1.0 } };
+    let film = Film {
+        width: side,
+        height: side,
+        crop: None,
+        sample_border: true,
+        filter: Filter::Tent { radius: 1.0 },
+    };
     let mut room = Description::new(camera, film);
     let depth = if light == Light::All { DEPTH } else { DIRECT };
     room.integrator = Integrator { max_depth: Some(depth), rr_depth: depth };

@@ -63,7 +63,13 @@ impl Setting {
         let (eye, target) = (DVec3::new(0.0, 2.8, 5.2), DVec3::new(-0.12, 0.72, 0.0));
         let camera = Camera::look_at(eye, target, DVec3::Y, 0.46);
         let pixel = 2.0 * (0.5 * camera.field_of_view).tan() * eye.distance(target) / side as f64;
-        let film = Film { width: side, height: side, crop: None, filter: Filter::Tent { radius: 1.0 } };
+        let film = Film {
+            width: side,
+            height: side,
+            crop: None,
+            sample_border: true,
+            filter: Filter::Tent { radius: 1.0 },
+        };
         let mut description = Description::new(camera, film);
         description.integrator = Integrator { max_depth: Some(2), rr_depth: 2 };
         let mut grey =

@@ -94,7 +94,13 @@ impl Stage {
     }
 
     fn description(self, side: usize, seed: u64, albedo: f64) -> anyhow::Result<Description> {
-        let film = Film { width: side, height: side, crop: None, filter: Filter::Tent { radius: 1.0 } };
+        let film = Film {
+            width: side,
+            height: side,
+            crop: None,
+            sample_border: true,
+            filter: Filter::Tent { radius: 1.0 },
+        };
         let mut description = Description::new(self.camera(), film);
         let depth = if self == Self::Glossy { 3 } else { 2 };
         description.integrator = Integrator { max_depth: Some(depth), rr_depth: depth };

@@ -23,7 +23,7 @@ pub(super) fn cameras() -> [Camera; 2] {
 }
 
 pub(super) fn film(side: usize) -> Film {
-    Film { width: side, height: side, crop: None, filter: Filter::Tent { radius: 1.0 } }
+    Film { width: side, height: side, crop: None, sample_border: true, filter: Filter::Tent { radius: 1.0 } }
 }
 
 /// The scene as it is.

@@ -53,7 +53,13 @@ impl Light {
 
     /// The scene, seen by some camera on a film of `side` × `side` pixels, with the index of the shape in it.
     pub(super) fn scene(self, shape: Mesh, camera: Camera, side: usize) -> anyhow::Result<(Scene, usize)> {
-        let film = Film { width: side, height: side, crop: None, filter: Filter::Tent { radius: 1.0 } };
+        let film = Film {
+            width: side,
+            height: side,
+            crop: None,
+            sample_border: true,
+            filter: Filter::Tent { radius: 1.0 },
+        };
         let mut description = Description::new(camera, film);
         // Light from lamp or sky to a surface and into the camera.
         description.integrator = Integrator { max_depth: Some(2), rr_depth: 2 };

@@ -22,6 +22,9 @@ pub(super) struct Config {
     #[serde(default)]
     pub(super) define: BTreeMap<String, String>,
     pub(super) steps: u64,
+    /// Of the scene: what was read in another way than it may have been meant, and changes images.
+    #[serde(skip)]
+    pub(super) deviations: Vec<String>,
     #[serde(default)]
     pub(super) seed: u64,
     #[serde(default)]
@@ -194,6 +197,8 @@ pub(super) struct ViewConfig {
     pub(super) target: Option<PathBuf>,
     /// Transfer function of the target's integers, if not the one its file states.
     pub(super) encoding: Option<EncodingConfig>,
+    /// Layer of an OpenEXR target, or one of its channels by the whole of its name.
+    pub(super) layer: Option<String>,
     pub(super) weights: Option<PathBuf>,
     pub(super) mask: Option<PathBuf>,
     #[serde(deserialize_with = "numbers")]

@@ -50,19 +50,29 @@ use super::signals::{self, is_stop};
 ///   schedule = { kind = "cosine", end = 0 }        # the default; or constant, exponential with end
 ///   parameter_mean = 0.95             # none, unless given: what is reported and written at the end is the mean of about so many last steps,
 ///                                     # 1/(1 − 0.95), for rates that do not end at 0
-///   [reference] scene = "truth.xml" # rendered from the camera of each view; its own, if there is a single
-///   view without one define = { res = "64" } spp = 1024 # the default [[view]] # one for each picture name
-///   = "front" target = "front.png" # rendered from the reference, unless given encoding = "linear" # or
-///   "srgb": what its integers mean, if not what its file says (cICP, sRGB, gAMA of a PNG) weights =
-///   "mask.png" # multiplies the difference of each pixel; 0 to 1, not sRGB mask = "object.png" # white
-///   where the shape of [masks] is seen; for [masks] only origin = [0, 1, 4] # the scene's camera, unless
-///   given look_at = [0, 0, 0] up = [0, 1, 0] # the default fov = 40 # degrees, horizontal width = 128 #
-///   the scene's film, unless given height = 128 [[parameter]] # named as by --wrt of `volume3d gradient`
-///   name = "bunny.vertex_positions" rate = 0.01 # of Adam, in units of the parameter: about the size of a
-///   step large_steps = 20 # smooth steps of vertices (Nicolet et al. 2021), with one step size; 1 for
-///   SHAPE.sdf of a grid redistance = false # for SHAPE.sdf of a grid: true makes it distances again after
-///   every step refine = [80, 160] # for SHAPE.sdf of a grid: steps after which it has half the spacing,
-///   and steps half the rate;
+///   [reference]
+///   scene = "truth.xml"               # rendered from the camera of each view; its own, if there is a single view without one
+///   define = { res = "64" }
+///   spp = 1024                        # the default
+///   [[view]]                          # one for each picture
+///   name = "front"
+///   target = "front.png"              # rendered from the reference, unless given
+///   encoding = "linear"               # or "srgb": what its integers mean, if not what its file says (cICP, sRGB, gAMA of a PNG)
+///   layer = "ViewLayer.Combined"      # of an OpenEXR target: which of several layers, or one channel by the whole of its name
+///   weights = "mask.png"              # multiplies the difference of each pixel; 0 to 1, not sRGB
+///   mask = "object.png"               # white where the shape of [masks] is seen; for [masks] only
+///   origin = [0, 1, 4]                # the scene's camera, unless given
+///   look_at = [0, 0, 0]
+///   up = [0, 1, 0]                    # the default
+///   fov = 40                          # degrees, horizontal
+///   width = 128                       # the scene's film, unless given
+///   height = 128
+///   [[parameter]]                     # named as by --wrt of `volume3d gradient`
+///   name = "bunny.vertex_positions"
+///   rate = 0.01                       # of Adam, in units of the parameter: about the size of a step
+///   large_steps = 20                  # smooth steps of vertices (Nicolet et al. 2021), with one step size; 1 for SHAPE.sdf of a grid
+///   redistance = false                # for SHAPE.sdf of a grid: true makes it distances again after every step
+///   refine = [80, 160]                # for SHAPE.sdf of a grid: steps after which it has half the spacing, and steps half the rate;
 ///                                     # of a network: after which its grid has
 ///   finish = 200                      # for SHAPE.sdf of a network: steps after which it is traced itself, a hundred times slower; never, unless given
 ///   uniform = false                   # the default; true: one step size without smoothing

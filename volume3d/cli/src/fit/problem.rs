@@ -36,10 +36,13 @@ impl Problem {
     pub(super) fn read(path: &Path, run: &Path) -> anyhow::Result<Self> {
         let text = read_text(path).with_context(|| format!("cannot read {}", path.display()));
         let text = text.map_err(|e| anyhow!("{e:#}"))?;
-        let config = parse(&text, path)?;
+        let mut config = parse(&text, path)?;
         // Targets may take long to render.
         Folder::check(run, &text)?;
-        let Loaded { scene, mut files, .. } = Loaded::read(&config.scene, &definitions(&config.define))?;
+        let loaded = Loaded::read(&config.scene, &definitions(&config.define))?;
+        loaded.say_deviations();
+        let Loaded { scene, mut files, deviations, .. } = loaded;
+        config.deviations = deviations;
         let said = |error: anyhow::Error| anyhow!("{}: {error}", path.display());
         let parameters = parameters(&config, &scene).map_err(said)?;
         let x = start(&config, &scene, &parameters).map_err(said)?;

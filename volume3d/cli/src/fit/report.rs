@@ -84,6 +84,13 @@ pub(super) fn page(
     if more > 0 {
         let _ = writeln!(page, "<p>{more} more views are in the folder <code>views</code>.</p>");
     }
+    if !config.deviations.is_empty() {
+        let _ = writeln!(page, "<h2>Read in another way than it may have been meant</h2><ul>");
+        for note in &config.deviations {
+            let _ = writeln!(page, "<li>{}</li>", escape(note));
+        }
+        page.push_str("</ul>\n");
+    }
     let text = String::from_utf8_lossy(&read("config.toml")?).into_owned();
     let _ = writeln!(page, "<h2>Configuration</h2><pre>{}</pre></html>", escape(&text));
     Ok(page)

@@ -26,6 +26,7 @@ pub(super) fn views(config: &Config, scene: &Scene) -> anyhow::Result<(Vec<View>
     let asked = if config.views.is_empty() { &one[..] } else { &config.views };
     let mut reference =
         config.reference.as_ref().map(|r| Loaded::read(&r.scene, &definitions(&r.define))).transpose()?;
+    reference.iter().for_each(Loaded::say_deviations);
     let mut files = reference.as_ref().map(|r| r.files.clone()).unwrap_or_default();
     let background = config.background.map_or_else(|| sky(scene), DVec3::from_array);
     let mut views: Vec<View> = vec![];
@@ -43,7 +44,7 @@ pub(super) fn views(config: &Config, scene: &Scene) -> anyhow::Result<(Vec<View>
         let target = match (&view.target, &mut reference) {
             (Some(path), _) => {
                 files.push(path.clone());
-                picture(path, view.encoding, background, &film, &name)?
+                picture(path, view, background, &film, &name)?
             }
             (None, Some(reference)) => {
                 let samples = config.reference.as_ref().map_or(1, |r| r.spp);
@@ -177,12 +178,15 @@ fn say_of_mask(mask: &[bool], name: &str) {
 
 fn picture(
     path: &Path,
-    encoding: Option<EncodingConfig>,
+    view: &ViewConfig,
     background: DVec3,
     film: &Film,
     name: &str,
 ) -> anyhow::Result<Image> {
     let image = if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("npy")) {
+        if let Some(layer) = &view.layer {
+            bail!("view `{name}`: layer = \"{layer}\" is given, but only OpenEXR images have layers");
+        }
         let array = read_npy(path)?;
         let image = array.to_image().ok_or_else(|| {
             anyhow!(
@@ -196,12 +200,12 @@ fn picture(
         }
         image
     } else {
-        let encoding = match encoding {
+        let encoding = match view.encoding {
             None => Encoding::File,
             Some(EncodingConfig::Srgb) => Encoding::Srgb,
             Some(EncodingConfig::Linear) => Encoding::Linear,
         };
-        load_image_over(path, background, encoding)?
+        load_image_over(path, background, encoding, view.layer.as_deref())?
     };
     check_picture(&image, path, film, name)?;
     Ok(image)

@@ -168,6 +168,16 @@ fn memory_that_is_not_there_is_missed_before_the_work() {
     }
 }
 
+/// A grid with what is made of it, before its file is read; the file has a size and nothing in it.
+#[cfg(target_os = "linux")]
+#[test]
+fn grids_that_do_not_fit_are_missed_before_they_are_read() {
+    let place = Place::with("<!-- more -->");
+    std::fs::File::create(place.path("huge.vol")).unwrap().set_len(800_000_000).unwrap();
+    let (code, text) = info(&place, &shape("sdfgrid", "huge.vol"), "");
+    assert!(code == Some(1) && text.contains("it takes 2.2 GiB of memory, and there is 1."), "{text}");
+}
+
 /// Where coordinates have lost their digits, boxes with their rounding all meet one another.
 #[test]
 fn far_spheres_take_no_longer() {

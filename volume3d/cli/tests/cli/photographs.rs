@@ -91,7 +91,13 @@ fn archive(cameras: &[Camera]) -> Vec<u8> {
 
 /// Pictures of a ball of radius 0.7, white where it is.
 fn pictures(reflectance: f64) -> Vec<Image> {
-    let film = Film { width: SIZE.0, height: SIZE.1, crop: None, filter: Filter::Tent { radius: 1.0 } };
+    let film = Film {
+        width: SIZE.0,
+        height: SIZE.1,
+        crop: None,
+        sample_border: true,
+        filter: Filter::Tent { radius: 1.0 },
+    };
     let picture = |camera: Camera| {
         let mut description = Description::new(camera, film);
         let radiance = DVec3::splat(0.9);

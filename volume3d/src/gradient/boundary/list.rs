@@ -58,6 +58,8 @@ impl EdgeList {
         let places = places(scene);
         let mut list = Self { plane: Faces::grown(scene).to_vec(), ..Self::default() };
         let place = Curve::new(scene);
+        list.edges.reserve(3 * scene.triangles.len() / 2);
+        list.faces.reserve(3 * scene.triangles.len());
         let at_places = scene.triangles.iter().map(|t| t.positions.map(|i| places[i as usize]));
         for there in Edges::of(at_places).iter() {
             let (first_there, count_there) = (list.faces.len() as u32, there.len() as u32);

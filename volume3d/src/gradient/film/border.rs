@@ -51,13 +51,15 @@ impl FilmPlane {
         (self.corner, self.corner + DVec2::new(self.columns as f64, self.rows as f64))
     }
 
-    /// Calls back with every pixel (x, y) that a point of an edge reaches, and its nonzero weight there. On
-    /// the border of box pixels the point is shared between them.
+    /// Calls with every pixel (x, y) of the image that a point of an edge reaches, and its weight there,
+    /// which is not 0. On the border of box pixels it is a part of each of them, and on a border that cuts
+    /// filters a part of all that it would be.
     pub(crate) fn for_each_share(&self, at: DVec2, mut f: impl FnMut(usize, usize, f64)) {
         let Some((i, j)) = self.cell(at) else { return };
         if !self.is_box() {
+            let part = if self.is_cut() { self.part_within(at) } else { 1.0 };
             self.for_each_pixel(i, j, |_, _, x, y| {
-                let weight = self.weight(at.to_array(), x, y);
+                let weight = self.weight(at.to_array(), x, y) * part;
                 if weight != 0.0 {
                     f(x, y, weight);
                 }

@@ -1,6 +1,7 @@
 //! The film: positions of samples, and the motion of projected points.
 
 mod border;
+mod cut;
 mod weights;
 
 use std::f64::consts::TAU;
@@ -8,6 +9,8 @@ use std::f64::consts::TAU;
 use flatland::calculus::{Number, Vec3};
 use glam::{DVec2, DVec3};
 
+use self::cut::Cut;
+pub(crate) use self::cut::CutEdges;
 pub(crate) use self::weights::NEAR;
 use crate::gradient::{CameraTangent, NonFinite};
 use crate::path::{Calculus, Draws, Frame};
@@ -27,7 +30,9 @@ pub(crate) struct FilmPlane {
     /// Ratio of focal lengths f_y/f_x.
     aspect: f64,
     filter: Filter,
-    /// The static camera frame; its origin is the sampled point of the lens.
+    /// What the border cuts off filters, if it does.
+    cut: Option<Cut>,
+    /// The camera's frame as it stands; its origin is the point of the lens that is looked through.
     pub(crate) still: Frame<f64>,
     lens: Option<Lens>,
     /// From the camera's pivot to that point; nonzero only for lenses and orthographic sensors.
@@ -60,6 +65,7 @@ impl FilmPlane {
             centre: (camera.principal_point + 0.5) * DVec2::new(film.width as f64, film.height as f64),
             aspect: camera.pixel_aspect,
             filter: film.filter,
+            cut: Cut::of(film),
             still: Frame {
                 origin: Vec3::constant(camera.origin),
                 right: Vec3::constant(camera.right),
@@ -181,8 +187,7 @@ impl FilmPlane {
 
     /// Whether samples of a cell reach any pixel.
     pub(crate) fn cell_counts(&self, i: usize, j: usize) -> bool {
-        let beside = |i: usize, n: usize| i < 1 || i > n;
-        !self.is_box() || !(beside(i, self.columns) || beside(j, self.rows))
+        !self.ends_at_border() || self.is_within([i, j])
     }
 
     /// Image column that is the `a`-th of the neighbourhood of cells in column `i`.
@@ -307,7 +312,7 @@ impl FilmPlane {
 
     /// The cell of a film point, if samples there reach any pixel.
     pub(crate) fn cell(&self, u: DVec2) -> Option<(usize, usize)> {
-        let u = if self.is_box() { self.within_borders(u) } else { u };
+        let u = if self.ends_at_border() { self.within_borders(u) } else { u };
         let at = (u - self.corner).floor() + self.reach as f64;
         let (i, j) = (at.x as usize, at.y as usize);
         let (columns, rows) = self.cells();
@@ -315,8 +320,12 @@ impl FilmPlane {
         (inside && self.cell_counts(i, j)).then_some((i, j))
     }
 
-    /// Lower and upper corner of all cells.
+    /// Lower and upper corner of all cells whose samples may count.
     pub(crate) fn bounds(&self) -> (DVec2, DVec2) {
+        if self.is_cut() {
+            let (low, high) = self.image();
+            return (low - 2.0 * self.border, high + 2.0 * self.border);
+        }
         let reach = self.reach as f64;
         let size = DVec2::new(self.columns as f64, self.rows as f64);
         (self.corner - reach, self.corner + size + reach)

@@ -41,19 +41,20 @@ impl FilmPlane {
             self.for_each_pixel(i, j, |_, b, x, y| f([b, x, y], self.weight(u, x, y)));
             return;
         }
-        let along = |x: T, corner: f64, pixel: usize| {
-            weight(self.filter, x - T::constant(corner + (pixel as f64 + 0.5)))
+        let along = |axis: usize, pixel: usize| {
+            let weight = weight(self.filter, u[axis] - T::constant(self.corner[axis] + (pixel as f64 + 0.5)));
+            if self.is_cut() { weight * self.cut_scale(axis, pixel) } else { weight }
         };
         let counts = |weight: T| weight.value() != 0.0 || !weight.is_still();
         let mut columns = [T::constant(0.0); WIDEST_AT_ONCE];
         for (a, column) in columns[..width].iter_mut().enumerate() {
             if let Some(x) = self.pixel_column(i, a) {
-                *column = along(u[0], self.corner.x, x);
+                *column = along(0, x);
             }
         }
         for b in 0..width {
             let Some(y) = self.pixel_row(j, b) else { continue };
-            let row = along(u[1], self.corner.y, y);
+            let row = along(1, y);
             if counts(row) {
                 for (a, &column) in columns[..width].iter().enumerate() {
                     if counts(column) {
@@ -81,10 +82,14 @@ impl FilmPlane {
         let (mut columns, mut rows) = ([[0.0; N]; NEAR], [[0.0; N]; NEAR]);
         for a in 0..NEAR {
             if let Some(x) = self.pixel_column(i, a) {
-                columns[a] = weights(self.filter, &points.map(|u| u.x - (self.corner.x + (x as f64 + 0.5))));
+                let weights = weights(self.filter, &points.map(|u| u.x - (self.corner.x + (x as f64 + 0.5))));
+                let scale = self.cut_scale(0, x);
+                columns[a] = weights.map(|weight| weight * scale);
             }
             if let Some(y) = self.pixel_row(j, a) {
-                rows[a] = weights(self.filter, &points.map(|u| u.y - (self.corner.y + (y as f64 + 0.5))));
+                let weights = weights(self.filter, &points.map(|u| u.y - (self.corner.y + (y as f64 + 0.5))));
+                let scale = self.cut_scale(1, y);
+                rows[a] = weights.map(|weight| weight * scale);
             }
         }
         [columns, rows]
@@ -105,6 +110,9 @@ impl FilmPlane {
         match self.filter {
             // Samples of a pixel are those of its cell; its edge is a separate integral.
             Filter::Box => T::constant(1.0),
+            _ if self.is_cut() => {
+                at(x, centre.x) * self.cut_scale(0, i) * (at(y, centre.y) * self.cut_scale(1, j))
+            }
             _ => at(x, centre.x) * at(y, centre.y),
         }
     }

@@ -28,7 +28,7 @@ const EDGE_ON: [f64; 5] = [1e-1, 1e-3, 1e-4, 1e-5, 1e-7];
 /// face that opens or closes; with test directions and the constant of the bound for each.
 fn clutter() -> (Scene, Vec<(DVec3, f64)>) {
     let camera = Camera::look_at(DVec3::ZERO, -DVec3::Z, DVec3::Y, 0.5);
-    let film = Film { width: 2, height: 2, crop: None, filter: Filter::Box };
+    let film = Film { width: 2, height: 2, crop: None, sample_border: true, filter: Filter::Box };
     let mut d = Description::new(camera, film);
     let paper = d.add_material(Material::diffuse("paper", DVec3::splat(0.5)));
     let mut rng = stream(11, &[]);

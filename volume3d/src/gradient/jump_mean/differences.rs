@@ -13,7 +13,7 @@ use crate::scene::{Camera, Description, Film, Filter, Material, Scene};
 /// Two moving sheets on both sides of the test directions.
 fn sheets() -> (Scene, Tangent) {
     let camera = Camera::look_at(DVec3::ZERO, -DVec3::Z, DVec3::Y, 0.5);
-    let film = Film { width: 2, height: 2, crop: None, filter: Filter::Box };
+    let film = Film { width: 2, height: 2, crop: None, sample_border: true, filter: Filter::Box };
     let mut d = Description::new(camera, film);
     let paper = d.add_material(Material::diffuse("paper", DVec3::splat(0.5)));
     for (k, (x, z)) in [(-1.0, -2.0), (1.2, -2.5)].into_iter().enumerate() {

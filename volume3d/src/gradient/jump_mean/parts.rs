@@ -51,9 +51,24 @@ impl Order {
         Self { indices: (0..edges.len() as u32).collect(), extents, keys: vec![] }
     }
 
-    /// The edges in this order.
-    pub(super) fn apply(&self, edges: &[Edge]) -> Vec<Edge> {
-        self.indices.iter().map(|&i| edges[i as usize]).collect()
+    /// Puts edges in this order, where they are: a second table of them would be as large as all else that is
+    /// made of a mesh.
+    pub(super) fn apply(self, edges: &mut [Edge]) {
+        let Self { mut indices, extents, keys } = self;
+        drop((extents, keys));
+        for start in 0..edges.len() {
+            // The cycle of places from here on; those that are done have themselves for an index.
+            let (first, mut at) = (edges[start], start);
+            loop {
+                let from = std::mem::replace(&mut indices[at], at as u32) as usize;
+                if from == start {
+                    edges[at] = first;
+                    break;
+                }
+                edges[at] = edges[from];
+                at = from;
+            }
+        }
     }
 
     /// Sorts a range along an axis of positions or normals, and returns the start of the second half, at a
@@ -164,7 +179,7 @@ mod tests {
             .collect();
         let mut order = Order::of(&edges, 1e-3);
         let middle = order.halve(0..64);
-        edges = order.apply(&edges);
+        order.apply(&mut edges);
         assert_eq!(middle, 32);
         assert!(edges[..middle].iter().all(|e| e.normals == edges[0].normals));
     }

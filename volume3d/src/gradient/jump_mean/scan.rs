@@ -136,7 +136,8 @@ fn kinds() -> Vec<Kind> {
 
 fn scene(kind: &Kind) -> Scene {
     let camera = Camera::look_at(DVec3::ZERO, -DVec3::Z, DVec3::Y, 1.0);
-    let film = Film { width: 4, height: 4, crop: None, filter: Filter::Tent { radius: 1.0 } };
+    let film =
+        Film { width: 4, height: 4, crop: None, sample_border: true, filter: Filter::Tent { radius: 1.0 } };
     let mut d = Description::new(camera, film);
     let grey = d.add_material(Material::diffuse("grey", DVec3::splat(0.5)));
     for (i, mesh) in kind.meshes.iter().enumerate() {

@@ -41,7 +41,7 @@ impl Tree {
         let parts = kinds(&mut edges, frame.unit);
         let mut order = Order::of(&edges, frame.unit);
         let plan = (!parts.is_empty()).then(|| Plan::new(&mut order, parts));
-        let edges = order.apply(&edges);
+        order.apply(&mut edges);
         let instructions = Instructions::detect();
         let mut tree = Self { nodes: vec![], leaves: vec![], edges, frame, instructions };
         if let Some(plan) = plan {

@@ -177,7 +177,7 @@ impl<'p> BlockSampler<'p> {
                     sink.row_sums.add(class, b, x, &(weight * radiance).to_array(), weight);
                 });
             }
-            sink.row_sums.add_light(self.film, i, class, light);
+            sink.row_sums.add_light(self.film, (i, j), class, light);
         }
     }
 }

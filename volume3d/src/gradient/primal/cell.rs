@@ -62,7 +62,7 @@ impl<'p> CellSampler<'p> {
             {
                 if *of != group {
                     let class = sink.row_sums.class((i, j), group);
-                    sink.row_sums.add_light(film, i, class, std::mem::take(&mut light));
+                    sink.row_sums.add_light(film, (i, j), class, std::mem::take(&mut light));
                     group = *of;
                 }
                 let radiance = paths.still_radiance(*origin, direction, hit, 1, numbers);
@@ -78,6 +78,6 @@ impl<'p> CellSampler<'p> {
             }
         }
         let class = sink.row_sums.class((i, j), group);
-        sink.row_sums.add_light(film, i, class, light);
+        sink.row_sums.add_light(film, (i, j), class, light);
     }
 }

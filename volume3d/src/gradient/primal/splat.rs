@@ -68,6 +68,6 @@ impl Task for Splat<'_> {
                 }
             }
         }
-        row_sums.add_light(film, i, class, DVec3::new(light[0], light[1], light[2]));
+        row_sums.add_light(film, (i, j), class, DVec3::new(light[0], light[1], light[2]));
     }
 }

@@ -13,13 +13,12 @@ use crate::scene::{Crop, Film, SceneError};
 fn an_axis_beside_the_middle_is_that_of_a_part_of_a_film() {
     for filter in filters() {
         let crop = Crop { x: 2, y: 1, width: 6, height: 5 };
-        let whole = Film { width: 12, height: 8, crop: Some(crop), filter };
+        let whole = Film { width: 12, height: 8, crop: Some(crop), sample_border: true, filter };
         let mut part = room(filter).description().clone();
         part.film = whole;
         let mut alone = part.clone();
-        alone.film = Film { width: 6, height: 5, crop: None, filter };
-        // The same focal length in pixels. The principal point is at (6, 4) − (2, 1) = (4, 3), a pixel to the
-        // right of the centre and half a pixel below it.
+        alone.film = Film { width: 6, height: 5, crop: None, sample_border: true, filter };
+        // The same focal length in pixels, and the axis at (6, 4) − (2, 1) = (4, 3), from the middle a pixel to the right and half a pixel down.
         let focal = 6.0 / (0.5 * part.camera.field_of_view).tan();
         alone.camera.field_of_view = 2.0 * (3.0 / focal).atan();
         alone.camera.principal_point = DVec2::new(1.0 / 6.0, 0.5 / 5.0);

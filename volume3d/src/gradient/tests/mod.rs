@@ -3,6 +3,7 @@
 mod camera;
 mod coincident;
 pub(crate) mod comparisons;
+mod cut;
 mod differences;
 mod exact;
 mod far;

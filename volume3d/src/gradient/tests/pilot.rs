@@ -153,6 +153,7 @@ fn strip_of_penumbra() -> (Scene, Tangent) {
         width: 128,
         height: 128,
         crop: Some(Crop { x: 52, y: 40, width: 24, height: 2 }),
+        sample_border: true,
         filter: Filter::Box,
     };
     let mut d = Description::new(camera, of_pixels);

@@ -12,7 +12,7 @@ use crate::scene::{
 };
 
 pub(crate) fn film(width: usize, filter: Filter) -> Film {
-    Film { width, height: width, crop: None, filter }
+    Film { width, height: width, crop: None, sample_border: true, filter }
 }
 
 pub(crate) fn filters() -> [Filter; 3] {

@@ -65,7 +65,7 @@ impl Job<'_> {
                 if film.cell_counts(i, j) {
                     self.take_sample(worker, &frame, place);
                 }
-                if self.has_edges() {
+                if self.has_edges((i, j)) {
                     let edge = self.edge_sample(&mut worker.calculus, place);
                     worker.kept.extend(edge.map(|edge| (place, Kept::Edge(edge))));
                 }
@@ -163,7 +163,7 @@ impl Job<'_> {
                 amount += q[3..6].iter().map(|d| d.abs()).sum::<f64>();
                 sink.row_sums.add(group, *b, *x, q, *weight * counts);
             }
-            sink.row_sums.add_light(&self.film, i, group, light * counts);
+            sink.row_sums.add_light(&self.film, (i, j), group, light * counts);
             sink.contributed(at, amount);
         } else {
             sink.non_finite.push(at);

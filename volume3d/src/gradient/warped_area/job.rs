@@ -11,7 +11,7 @@ use super::camera_rays::CameraRays;
 use crate::gradient::auxiliary::{Auxiliary, Construction};
 use crate::gradient::boundary::AlongWarp;
 use crate::gradient::differential::{Differential, FilmPoint};
-use crate::gradient::film::FilmPlane;
+use crate::gradient::film::{CutEdges, FilmPlane};
 use crate::gradient::groups::{CellNumbers, GROUPS, numbers};
 use crate::gradient::jump_mean::SceneEdges;
 use crate::gradient::motion::MovingBounds;
@@ -82,10 +82,14 @@ impl<T: Number> Sample<T> {
     }
 }
 
-/// A sample of an edge of box pixels: radiance, and a number whose derivative is V·ν.
+/// A sample of an edge of box pixels, or of a border that cuts filters: light, and a number whose derivative is
+/// V·ν.
 pub(super) struct EdgeSample<T> {
     pub(super) across: T,
     vertical: bool,
+    at: DVec2,
+    /// One over the probability of this one of the cell's edges.
+    scale: f64,
     radiance: DVec3,
 }
 
@@ -128,9 +132,10 @@ impl Job<'_> {
         if self.method.allocation.is_some() { GROUPS } else { self.method.samples }
     }
 
-    /// Whether the edges of pixels are a separate integral.
-    pub(super) fn has_edges(&self) -> bool {
-        self.film.is_box() && self.method.warps
+    /// Whether the edges of a cell are an integral of their own: those of box pixels, and those on a border that
+    /// cuts filters.
+    pub(super) fn has_edges(&self, cell: (usize, usize)) -> bool {
+        self.method.warps && (self.film.is_box() || self.film.cut_edges(cell).is_some())
     }
 
     /// One sample of a cell, with that cell's random numbers.
@@ -223,9 +228,9 @@ impl Job<'_> {
         [(x, along_u), (y, along_v), (point.jacobian, light.value), (red, r), (green, g), (blue, b)]
     }
 
-    /// −∮ (L − L₀) V·ν over the edges of box pixels: the filter's own discontinuity does not move (Bangaru et
-    /// al. 2022). One point on the left or upper edge of a cell, or next to it within rounding, if the warp
-    /// is nonzero there.
+    /// −∮ h (L − L₀) V·ν over the edges of box pixels, or over the border that cuts filters: the filter's own jump
+    /// does not move (Bangaru et al. 2022). A point on the left or the upper edge of a cell, or beside it by less
+    /// than rounding, if the warp moves it.
     pub(super) fn edge_sample<C: Differential>(
         &self,
         calculus: &mut C,
@@ -237,7 +242,11 @@ impl Job<'_> {
         }
         let mut numbers = self.numbers(place, EDGE);
         let [choice, along] = numbers.pair();
-        let vertical = choice < 0.5;
+        let (vertical, scale) = match self.film.cut_edges((i, j)) {
+            Some(CutEdges { inwards: [_, 0.0] }) => (true, 1.0),
+            Some(CutEdges { inwards: [0.0, _] }) => (false, 1.0),
+            _ => (choice < 0.5, 2.0),
+        };
         let across = self.film.beside_border((2.0 * choice).fract());
         let u = self.film.point(i, j, if vertical { [across, along] } else { [along, across] });
         let film = self.film.through(&mut numbers);
@@ -248,22 +257,36 @@ impl Job<'_> {
         moves.then(|| EdgeSample {
             across,
             vertical,
+            at: u,
+            scale,
             radiance: self.paths.still_radiance(origin, ray, hit, 1, &mut numbers),
         })
     }
 
-    /// Calls back with the pixels on both sides of an edge, and the light that its motion moves from one to
-    /// the other: twice L − L₀, as one of two edges is sampled, along −ν out of the pixel.
+    /// Calls with the pixels on both sides of an edge, and the light that its motion takes from the one to the
+    /// other: h (L − L₀) over the probability of the edge, along −ν out of the pixel. On a border that cuts
+    /// filters they are all pixels that reach it.
     pub(super) fn for_each_side<T>(
         &self,
         (i, j, _): Place,
         sample: &EdgeSample<T>,
         mut f: impl FnMut([usize; 3], DVec3),
     ) {
-        let before = if sample.vertical { (0, 1) } else { (1, 0) };
-        for ((a, b), sign) in [((1, 1), 2.0), (before, -2.0)] {
+        let EdgeSample { vertical, at, scale, radiance, .. } = *sample;
+        if let Some(CutEdges { inwards }) = self.film.cut_edges((i, j)) {
+            let scale = scale * inwards[usize::from(!vertical)];
+            self.film.for_each_pixel(i, j, |_, b, x, y| {
+                let weight = self.film.weight(at.to_array(), x, y);
+                if weight != 0.0 {
+                    f([b, x, y], (radiance - self.control_variate(x, y)) * (weight * scale));
+                }
+            });
+            return;
+        }
+        let before = if vertical { (0, 1) } else { (1, 0) };
+        for ((a, b), sign) in [((1, 1), scale), (before, -scale)] {
             if let (Some(x), Some(y)) = (self.film.pixel_column(i, a), self.film.pixel_row(j, b)) {
-                f([b, x, y], (sample.radiance - self.control_variate(x, y)) * sign);
+                f([b, x, y], (radiance - self.control_variate(x, y)) * sign);
             }
         }
     }

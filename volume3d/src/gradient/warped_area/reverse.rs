@@ -39,7 +39,8 @@ impl Job<'_> {
         let (columns, _) = self.film.cells();
         // Cells without a pixel of nonzero adjoint contribute nothing.
         let counts = |i: &usize| self.film.reaches(*i, j, |pixel| pull.adjoint[pixel] != DVec3::ZERO);
-        let cells = (0..columns).filter(counts);
+        let cells =
+            (0..columns).filter(|&i| self.film.cell_counts(i, j) || self.has_edges((i, j))).filter(counts);
         for (i, sample) in cells.flat_map(|i| (0..self.samples((i, j))).map(move |s| (i, s))) {
             if progress.stopped() {
                 return;
@@ -60,7 +61,7 @@ impl Job<'_> {
             if self.film.cell_counts(i, j) {
                 record(false);
             }
-            if self.has_edges() {
+            if self.has_edges((i, j)) {
                 record(true);
             }
             let at = self.film.located(i, j, sample);
@@ -87,7 +88,7 @@ impl Job<'_> {
         (sum, 1.0 / self.samples((place.0, place.1)) as f64)
     }
 
-    /// [`output`](Self::output) for an edge of box pixels.
+    /// The same of an edge of box pixels, or of a border that cuts filters.
     fn edge_output<'t>(
         &self,
         reverse: &mut Reverse<'_, 't>,

@@ -29,6 +29,29 @@ pub enum ImageProblem {
         /// By ITU-T H.273.
         transfer: u8,
     },
+    /// An OpenEXR image with none, or with several pictures, or not with that which is asked for.
+    #[error(
+        "{}: its channels are {channels}",
+        asked.as_ref().map_or_else(
+            || "which layer is the picture is not clear; expected channels R, G and B, or one, or the name of a layer".to_owned(),
+            |layer| format!("no layer `{layer}` with channels R, G and B, or one"),
+        )
+    )]
+    Layer {
+        /// The layer that is asked for, if one is.
+        asked: Option<String>,
+        /// All channels of the file.
+        channels: String,
+    },
+    /// A layer is asked for of what has none.
+    #[error("layer = \"{layer}\" is given, but only OpenEXR images have layers")]
+    NoLayers {
+        /// The layer.
+        layer: String,
+    },
+    /// An OpenEXR image whose channels do not have one number for each pixel.
+    #[error("its channels do not have one number for each pixel; write them at full size, and not deep")]
+    Sampling,
     /// Not one of the formats that are read.
     #[error("not a PNG, JPEG, BMP, OpenEXR or Radiance HDR image")]
     Format,

@@ -7,6 +7,7 @@ use exr::meta::{BlockDescription, MetaData};
 use glam::DVec3;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
+use super::layers::{self, Picture};
 use super::transfer::{Encoding, Transfer};
 use super::{MAX_PIXELS, MAX_PIXELS_PER_BYTE, check_size, error};
 use crate::Image;
@@ -16,7 +17,8 @@ use crate::io::{Error, ImageProblem, files};
 /// Reads a PNG, JPEG, BMP, OpenEXR or Radiance HDR image for use as a texture.
 ///
 /// Integers (8 or 16 bits) are sRGB and become linear, unless `raw` is set; floating point values are linear
-/// already. Alpha is left out, grey becomes RGB. An OpenEXR image must have the channels R, G and B.
+/// already. Alpha is left out, grey becomes RGB. An OpenEXR image must have the channels R, G and B, or one, in
+/// no layer or in the only one.
 ///
 /// # Errors
 /// [`Error::File`], or [`Error::Image`]; also for pixels that are not finite.
@@ -29,17 +31,23 @@ pub fn load_image(path: &Path, raw: bool) -> Result<Image, Error> {
 /// # Errors
 /// [`Error::Image`].
 pub fn read_image(bytes: &[u8], path: &Path, raw: bool) -> Result<Image, Error> {
-    check_finite(decode(bytes, by(raw), None).map_err(error(path))?, path)
+    check_finite(decode(bytes, by(raw), None, None).map_err(error(path))?, path)
 }
 
 /// [`load_image`] for a picture that is to be compared with a rendering: what is transparent in it shows
 /// `background`, linear RGB. OpenEXR's colours are taken as multiplied by their alpha, as that format has
-/// it. `encoding` says what integers mean.
+/// it. `encoding` says what integers mean, and `layer` which layer of an OpenEXR image is meant, or which channel,
+/// by the whole of its name.
 ///
 /// # Errors
 /// [`Error::File`], or [`Error::Image`]; also for pixels that are not finite.
-pub fn load_image_over(path: &Path, background: DVec3, encoding: Encoding) -> Result<Image, Error> {
-    let image = decode(&files::read(path)?, encoding, Some(background)).map_err(error(path))?;
+pub fn load_image_over(
+    path: &Path,
+    background: DVec3,
+    encoding: Encoding,
+    layer: Option<&str>,
+) -> Result<Image, Error> {
+    let image = decode(&files::read(path)?, encoding, Some(background), layer).map_err(error(path))?;
     check_finite(image, path)
 }
 
@@ -59,7 +67,7 @@ pub fn read_exr(path: &Path) -> Result<Image, Error> {
     if image::guess_format(&bytes).ok() != Some(ImageFormat::OpenExr) {
         return Err(error(path)(ImageProblem::Format));
     }
-    decode(&bytes, by(true), None).map_err(error(path))
+    decode(&bytes, by(true), None, None).map_err(error(path))
 }
 
 /// Whether a file can hold that many pixels.
@@ -75,9 +83,10 @@ fn check_room(width: usize, height: usize, bytes: &[u8]) -> Result<(), ImageProb
 /// Checks what the decoder of OpenEXR makes room for and does not check itself: the size of what is stored,
 /// which need not be that of the image, and of tiles.
 fn check_exr(bytes: &[u8]) -> Result<(), ImageProblem> {
-    // The decoder has read it before, so that it cannot fail.
-    let Ok(meta) = MetaData::read_from_buffered(bytes, false) else { return Err(ImageProblem::Format) };
+    let meta = MetaData::read_from_buffered(bytes, false)?;
     for header in &meta.headers {
+        let window = header.shared_attributes.display_window.size;
+        check_room(window.width(), window.height(), bytes)?;
         check_room(header.layer_size.width(), header.layer_size.height(), bytes)?;
         if let BlockDescription::Tiles(tiles) = header.blocks {
             check_room(tiles.tile_size.width(), tiles.tile_size.height(), bytes)?;
@@ -107,7 +116,12 @@ fn by(raw: bool) -> Encoding {
     if raw { Encoding::Linear } else { Encoding::Srgb }
 }
 
-fn decode(bytes: &[u8], encoding: Encoding, background: Option<DVec3>) -> Result<Image, ImageProblem> {
+fn decode(
+    bytes: &[u8],
+    encoding: Encoding,
+    background: Option<DVec3>,
+    layer: Option<&str>,
+) -> Result<Image, ImageProblem> {
     let mut reader =
         ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|_| ImageProblem::Format)?;
     if !matches!(
@@ -118,7 +132,12 @@ fn decode(bytes: &[u8], encoding: Encoding, background: Option<DVec3>) -> Result
     ) {
         return Err(ImageProblem::Format);
     }
-    let is_exr = reader.format() == Some(ImageFormat::OpenExr);
+    if reader.format() == Some(ImageFormat::OpenExr) {
+        return decode_exr(bytes, background, layer);
+    }
+    if let Some(layer) = layer {
+        return Err(ImageProblem::NoLayers { layer: layer.to_owned() });
+    }
     let mut limits = Limits::default();
     limits.max_alloc = Some(most_memory(bytes));
     reader.limits(limits);
@@ -126,9 +145,6 @@ fn decode(bytes: &[u8], encoding: Encoding, background: Option<DVec3>) -> Result
     let (width, height) = decoder.dimensions();
     let (width, height) = (width as usize, height as usize);
     check_room(width, height, bytes)?;
-    if is_exr {
-        check_exr(bytes)?;
-    }
     let mut pixels: Vec<DVec3> = with_room(width * height, "the pixels")?;
     // The decoder and the conversion below end the program where there is no room: it is looked for before.
     let converted = (width * height).saturating_mul(size_of::<[f32; 4]>());
@@ -146,7 +162,7 @@ fn decode(bytes: &[u8], encoding: Encoding, background: Option<DVec3>) -> Result
             let over = |p: [f32; 4]| {
                 let [r, g, b, a] = p.map(f64::from);
                 let colour = DVec3::new(r, g, b).map(linear);
-                (if is_exr { colour } else { a * colour }) + (1.0 - a) * background
+                a * colour + (1.0 - a) * background
             };
             pixels.extend(image.into_rgba32f().pixels().map(|p| over(p.0)));
         }
@@ -159,5 +175,19 @@ fn decode(bytes: &[u8], encoding: Encoding, background: Option<DVec3>) -> Result
             pixels.extend(image.into_rgb16().pixels().map(|p| DVec3::from_array(p.0.map(pixel))));
         }
     }
+    Ok(Image { width, height, pixels })
+}
+
+/// Colours are linear, and multiplied by their alpha.
+fn decode_exr(bytes: &[u8], background: Option<DVec3>, layer: Option<&str>) -> Result<Image, ImageProblem> {
+    check_exr(bytes)?;
+    let Picture { width, height, pixels: stored, has_alpha } = layers::read(bytes, layer)?;
+    let behind = background.filter(|_| has_alpha).unwrap_or(DVec3::ZERO);
+    let mut pixels: Vec<DVec3> = with_room(width * height, "the pixels")?;
+    pixels.extend(stored.iter().map(|p| {
+        let [r, g, b, a] = p.map(f64::from);
+        let colour = DVec3::new(r, g, b);
+        if behind == DVec3::ZERO { colour } else { colour + (1.0 - a) * behind }
+    }));
     Ok(Image { width, height, pixels })
 }

@@ -46,9 +46,20 @@ pub fn write_exr_with_comments(path: &Path, image: &Image, comments: &str) -> Re
 /// # Errors
 /// [`Error::File`], or [`Error::Image`] if the number of pixels is not that of the size.
 pub fn write_png(path: &Path, image: &Image) -> Result<(), Error> {
-    check(image).map_err(error(path))?;
-    write_png_bytes(path, image, &srgb_bytes(image), &[])
+    write_png_with_comments(path, image, "")
 }
+
+/// The same, with a text named "Comment" that says what must be known of the image. An empty text writes none.
+///
+/// # Errors
+/// [`Error::File`], or [`Error::Image`] if the number of pixels is not that of the size.
+pub fn write_png_with_comments(path: &Path, image: &Image, comments: &str) -> Result<(), Error> {
+    check(image).map_err(error(path))?;
+    write_png_bytes(path, image, &srgb_bytes(image), &[(COMMENT, comments.to_owned())])
+}
+
+/// The keyword of comments in a PNG.
+pub(super) const COMMENT: &str = "Comment";
 
 fn srgb_bytes(image: &Image) -> Vec<u8> {
     let byte = |x: f64| (255.0 * to_srgb(x.clamp(0.0, 1.0))).round() as u8;
@@ -102,7 +113,7 @@ pub(super) fn write_png_bytes(
     let mut bytes = vec![];
     let mut encode = || {
         let mut encoder = encoder(&mut bytes, image);
-        for (keyword, text) in texts {
+        for (keyword, text) in texts.iter().filter(|(_, text)| !text.is_empty()) {
             encoder.add_itxt_chunk((*keyword).to_owned(), text.clone())?;
         }
         let mut writer = encoder.write_header()?;

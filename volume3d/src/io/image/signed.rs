@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::encode::write_png_bytes;
+use super::encode::{COMMENT, write_png_bytes};
 use super::{check, error};
 use crate::Image;
 use crate::io::Error;
@@ -67,10 +67,23 @@ pub fn signed_range(image: &Image) -> f64 {
 /// # Errors
 /// [`Error::File`], or [`Error::Image`] if the number of pixels is not that of the size.
 pub fn write_signed_png(path: &Path, image: &Image, range: f64) -> Result<(), Error> {
+    write_signed_png_with_comments(path, image, range, "")
+}
+
+/// The same, with a text named "Comment" that says what must be known of the image. An empty text writes none.
+///
+/// # Errors
+/// [`Error::File`], or [`Error::Image`] if the number of pixels is not that of the size.
+pub fn write_signed_png_with_comments(
+    path: &Path,
+    image: &Image,
+    range: f64,
+    comments: &str,
+) -> Result<(), Error> {
     check(image).map_err(error(path))?;
     let bytes: Vec<u8> = values(image).flat_map(|x| signed_colour(x, range)).collect();
     let text = format!("mean of R, G, B; blue −{range:e}, white 0, red {range:e}");
-    write_png_bytes(path, image, &bytes, &[("Range", text)])
+    write_png_bytes(path, image, &bytes, &[("Range", text), (COMMENT, comments.to_owned())])
 }
 
 fn values(image: &Image) -> impl Iterator<Item = f64> + '_ {

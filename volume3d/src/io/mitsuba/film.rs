@@ -11,7 +11,7 @@ const MAX_SIDE: i64 = 1 << 16;
 pub(super) const DEFAULT_SIZE: (usize, usize) = (768, 576);
 
 pub(super) fn film_of_size((width, height): (usize, usize)) -> Film {
-    Film { width, height, crop: None, filter: Filter::Gaussian { deviation: 0.5 } }
+    Film { width, height, crop: None, sample_border: false, filter: Filter::Gaussian { deviation: 0.5 } }
 }
 
 /// A film, of another size if one is given.
@@ -63,15 +63,9 @@ pub(super) fn film<'a>(
             object.at_most_one("<rfilter>")?;
         }
     }
-    let border = film.filter.radius() - 0.5;
-    if object.boolean("sample_border")? != Some(true) && border > 0.0 {
-        object.journal.note_image(
-            object.element,
-            format!(
-                "pixels nearer than {border} to the border of the film take in what is beyond it, as with sample_border; Mitsuba \
-                 leaves that out unless sample_border is true"
-            ),
-        );
+    // The older name is that of versions before 3.
+    for name in ["high_quality_edges", "sample_border"] {
+        film.sample_border |= object.boolean(name)?.unwrap_or(false);
     }
     object.finish()?;
     Ok(film)

@@ -33,11 +33,7 @@ const HARMLESS: &[(&str, &[&str], &str)] = &[
         STORAGE,
     ),
     ("film", &["exposure", "key", "burn", "label", "digits", "variable", "cache", "filename"], STORAGE),
-    (
-        "film",
-        &["high_quality_edges", "sample_border", "compensate"],
-        "films see beyond their border in any case",
-    ),
+    ("film", &["compensate"], "sums are exact enough in any case"),
     ("sampler", &["seed", "jitter", "strength", "dimension", "scramble", "wrap"], NOISE),
     ("sensor", &["focus_distance", "shutter_open", "shutter_close", "aperture_radius"], NO_LENS),
     ("sensor", &["cone_scale"], "textures have no levels"),

@@ -1,14 +1,13 @@
 //! Implicit surfaces: the shapes `sdfgrid` and `sdfnetwork`.
 
-use std::path::Path;
-
 use glam::DVec3;
 
 use super::element::Element;
 use super::object::Object;
 use super::reader::Reader;
 use super::transform;
-use crate::io::{Error, GridProblem, SceneProblem, parse_network, parse_sdf};
+use crate::io::sdf::into_sdf;
+use crate::io::{Error, SceneProblem, parse_network};
 use crate::scene::{ImplicitShape, ImplicitSurface, Placement};
 use crate::sdf::network::{Architecture, Network};
 use crate::sdf::{BakeError, Baked, Grid, Guided, Interpolation};
@@ -36,10 +35,9 @@ impl<'a> Reader<'a> {
             (Some(_), Some(_)) => return Err(object.conflict("filename", "radius")),
             (Some(name), None) => {
                 let (path, bytes) = self.file(element, name)?;
-                let grid = parse_sdf(&bytes, &path, interpolation).map_err(|e| element.referenced(e))?;
-                let keeps_place = object.boolean("use_grid_bbox")? == Some(true);
-                let placed = if keeps_place { Ok(grid) } else { in_unit_cube(&grid, &path) };
-                placed.map_err(|e| element.referenced(e))?
+                let keeps_box = object.boolean("use_grid_bbox")? == Some(true);
+                let grid = into_sdf(bytes, &path, interpolation, keeps_box);
+                grid.map_err(|e| element.referenced(e))?
             }
         };
         self.implicit(element, object, ImplicitSurface::new(grid))
@@ -127,12 +125,4 @@ fn new_network(element: &Element, object: &Object<'_>) -> Result<Network, Error>
     let seed = size("seed", 0..=i64::MAX, "an integer, not negative", 0)?;
     let network = Network::sphere(architecture, radius, seed as u64);
     network.map_err(|error| element.error(SceneProblem::Network(BakeError::Network(error))))
-}
-
-/// The nodes of a grid with the outermost on the faces of [0, 1]³, where Mitsuba puts them.
-fn in_unit_cube(grid: &Grid, path: &Path) -> Result<Grid, Error> {
-    let size = grid.size();
-    let spacing = DVec3::from_array(size.map(|n| 1.0 / (n - 1) as f64));
-    Grid::new(grid.interpolation(), DVec3::ZERO, spacing, size, grid.nodes().to_vec())
-        .map_err(|e| Error::Grid { path: path.to_path_buf(), problem: GridProblem::from(e) })
 }

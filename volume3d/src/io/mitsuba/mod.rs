@@ -21,83 +21,9 @@
 //! as in Mitsuba 3.9.
 //!
 //! # Deviations from Mitsuba
-//! - Spheres, disks and cylinders are meshes, within a [thousandth](crate::geometry::TOLERANCE) of their radius, with the
-//!   normals of what they are meshes of. Derivatives are those of the meshes.
-//! - Steps within a texture, of a `checkerboard` or with `filter_type` `nearest`, are narrow ramps: a step moves with its
-//!   surface, and derivatives would miss its motion. A checkerboard's are 1/128 of its period wide.
-//! - `bsplinecurve` and `linearcurve` are meshes, within a thousandth of the largest radius; their control points are moved by
-//!   `to_world`, and their radii are not. Of a curve of lines, what a cone hides of the spheres beside it is left out, and other
-//!   hidden parts are there. What looks into an open end sees the inside, which Mitsuba leaves out. A scene whose curves have
-//!   more than 2²¹ vertices is refused.
-//! - An `instance` is a copy with vertices of its own of every shape in its `shapegroup`, called by its own name and theirs.
-//! - Spectra and named metals become linear RGB where they are read, by the CIE observer of 1931: under D65 unless they are
-//!   of an emitter. `blackbody` is read too, which Mitsuba's RGB variants refuse.
-//! - Where `eta` of `principled` is 1, its metal and its tint reflect as with an `eta` close to it; Mitsuba
-//!   3.9 leaves them out.
-//! - `<rotate>` is a rotation whatever the length of its axis; Mitsuba's is none unless that is 1. A note
-//!   says so in every run.
-//! - Corners of triangles without texture coordinates, in an OBJ or PLY file of which others have some, are
-//!   at (0, 0), and those without normals have their triangle's; in Mitsuba both are undefined. A note says
-//!   so in every run.
-//! - The list `texcoord` of PLY faces, which Mitsuba refuses, is the texture coordinates of their corners.
-//! - Facets of α = 0 are the smooth material, as `conductor` is of `roughconductor`; Mitsuba's have an α of
-//!   10⁻⁴. Rough materials whose `int_ior` is their `ext_ior`, which Mitsuba refuses, have no boundary: light
-//!   passes in a straight line, or the base of plastic is there alone.
-//! - `direct` renders all direct light however many `emitter_samples` and `bsdf_samples` there are, as one
-//!   of each does. Mitsuba 3.9 has the same image of lights with an extent, adds up point lights once for
-//!   each of several `emitter_samples`, and leaves them out without any.
-//! - `directional` emitters may have a `kappa`, the concentration of their lobe ([`Light::Directional`]).
-//! - `perspective` sensors may have a `pixel_aspect`, 1 unless given: by how many more pixels an angle is shown along columns
-//!   ([`Camera`](crate::scene::Camera)).
-//! - What an `area` emits is textured as surfaces are, with steps as ramps.
-//! - `dielectric` and the like have one colour for all of what they reflect, and a texture for `specular_transmittance` only.
-//!   `bumpmap` and `normalmap` cannot be on a material that light passes, and their `flip_invalid_normals` and
-//!   `use_shadowing_function` are true, as where they are not given.
-//! - `mask` may be within `twosided`.
-//! - `orthographic` sensors are perspective ones ten thousand half widths behind where they stand: what is ten widths before one
-//!   is seen smaller by two thousandths. A scene of which something is behind the sensor, in view, is refused.
-//! - `pplastic` is that of light without polarisation, as in Mitsuba's RGB variants.
-//! - `blendbsdf` mixes materials without masks, reliefs and mixtures of their own, and `twosided` takes two of that kind that no
-//!   light passes. Beside a smooth lobe Mitsuba 3.9 loses a part of the light of an ideal one (a mirror of weight 0.3 beside black counts 0.2); here
-//!   it has its weight.
-//! - A `mesh_attribute` of a PLY file is an image of two by two texels a triangle, and the mesh has texture coordinates for it in
-//!   the place of its own: one surface has attributes or images. The fourth texel may be outside of [0, 1], where no
-//!   triangle shows it; written as an image, it is read again with that mesh, refused with any other, and no parameter. Attributes of faces have steps between them, how these move is missed by
-//!   derivatives, and a note says so. A number may have a name without `_x`, and colours in whole numbers are fractions of the
-//!   largest, which Mitsuba takes as they are.
-//! - `polarizer`, `circular` and `retarder` are what they are to light without polarisation, as in Mitsuba's RGB variants.
-//! - A scene without a sensor has that of Mitsuba 2, which sees all of it along z.
-//! - Integrators and films that resolve time (`transient_path` and the like) stand for the image of light at all times.
-//! - A medium is left out where the integrator sees surfaces only, as `path` does, and within a surface that no light passes.
-//!   Where it is seen it is `homogeneous`, by `sigma_t` and `albedo` with a `scale`, or by `sigma_s` and `sigma_a` as before
-//!   version 2, each the same everywhere; `sigma_t` may be above 1, which Mitsuba 3 allows by the scale only. Without a phase
-//!   function it is isotropic. What an emitter says of the medium around it is ignored: surfaces and the sensor say the same.
-//! - An `<animation>` of transforms with a `time` each, as before version 3, is the transform at the time of the first sensor's
-//!   shutter; one that moves while the shutter is open is refused, or leniently that of the middle.
-//! - `aov` without another integrator shows the image of `path`. Leniently `sky` and `sunsky` are a constant sky of radiance 1.
-//! - Plugins of shapes and materials may be written with other capitals, and `disney` is `principled`.
-//! - `<rgb value="#rrggbb"/>` is a colour in sRGB, as in HTML; Mitsuba 3 refuses it. `<srgb>` is read as before version 2.
-//! - A `to_uv` whose third column only has a translation is read as before version 3.9, which ignores that column.
-//! - A transform that mirrors turns the triangles of a shape, so that what faced outwards still does.
-//! - Without given normals, OBJ vertices of one `v` share a normal even where their `vt` differ; in Mitsuba a
-//!   seam of texture coordinates is a crease.
-//! - An `sdfgrid` is interpolated by a cubic spline unless it says otherwise, its normals are those of φ whatever `normals`
-//!   says, and clip planes are not checked against it.
-//! - Films see what is beyond their border, as with `sample_border`, whether it is set or not: a note says
-//!   so in every run where it makes a difference, at pixels within the filter's radius of the border.
-//! - Meshes emit from the front of their faces, Mitsuba's from where vertex normals point to: a note says
-//!   so in every run where the two differ.
-//! - Faces with dents are cut into triangles that do not leave them; Mitsuba makes fans around their first
-//!   corner.
-//! - An environment map may have any size; Mitsuba's has at least two columns and three rows.
-//! - `near_clip` and `far_clip` cut nothing. A scene of which they would cut something that the film has in view is
-//!   refused. Where they are not given there are none; Mitsuba then cuts at 0.01 and at 10000.
-//! - Parameters that change noise, storage or time and not what is computed are accepted with any value, and ignored. So is
-//!   `focus_distance` without a lens, and the alpha of `rgba`.
-//! - The `prb`, `_reparam` and `_projective` integrators stand for the images they render, those of `path` (with
-//!   `max_depth` 6 unless given, as there) and `direct`; how derivatives are computed is not said by the scene.
 //!
-//! [`Light::Directional`]: crate::scene::Light::Directional
+//! [`guide::deviations`](crate::guide::deviations) lists all that means something else here, with its size, and what is
+//! refused; a test of this reader has a scene for each.
 
 mod alpha;
 mod animation;

@@ -81,16 +81,34 @@ impl<'a> Reader<'a> {
                 ),
             );
         }
-        if emitted.is_some()
-            && is_file
-            && let Some(text) = emission(&mesh, &id)
-        {
-            self.journal.note_image(element, text);
-        }
+        let is_file = matches!(object.plugin, "obj" | "ply" | "serialized");
+        let mesh = if emitted.is_some() && is_file { self.emitting(element, mesh, &id) } else { mesh };
         let (radiance, radiance_texture) = emitted.unzip();
         let radiance_texture = radiance_texture.flatten();
         self.shapes.push(Shape { id, mesh, material, radiance, radiance_texture, boundary });
         Ok(())
+    }
+
+    /// A mesh that emits. In Mitsuba it does so where its vertex normals point to, here where its faces do: faces are
+    /// turned to their normals, and what then differs is noted.
+    fn emitting(&self, element: &Element, mesh: Mesh, id: &str) -> Mesh {
+        let count = mesh.triangles().len();
+        let (mesh, turned) = mesh.with_fronts_by_normals();
+        if turned > 0 {
+            let what = format!(
+                "{turned} of the {count} triangles of `{id}` are turned to where their vertex normals point, from where it \
+                 emits in Mitsuba"
+            );
+            self.journal.note(element, what);
+        }
+        if mesh.has_bent_normals() {
+            let what = format!(
+                "`{id}` emits as far as its faces are seen from the front; Mitsuba emits as far as its smooth normals \
+                 are: set face_normals for the same light in both"
+            );
+            self.journal.note_image(element, what);
+        }
+        mesh
     }
 
     /// A material, or grey where it is refused, so that the rest of the shape is looked at too.
@@ -184,25 +202,6 @@ fn coordinates_of_triangles(object: &Object<'_>, mesh: Mesh) -> Result<Mesh, Err
     mesh.with_uvs(uvs).map_err(|error| {
         let place = object.element.place();
         Error::Mesh { place, problem: MeshProblem::Geometry(error) }
-    })
-}
-
-/// What is to be said of a mesh that emits and has vertex normals: the format has it emit where these point
-/// to, and here it emits where its faces do.
-fn emission(mesh: &Mesh, id: &str) -> Option<String> {
-    let turned = mesh.turned_normals();
-    let count = mesh.triangles().len();
-    if turned > 0 {
-        return Some(format!(
-            "`{id}` emits from the side to which its faces are turned; {turned} of its {count} triangles have vertex normals that \
-             point the other way, from where Mitsuba emits: turn its faces, or remove its normals"
-        ));
-    }
-    mesh.has_bent_normals().then(|| {
-        format!(
-            "`{id}` emits as far as its faces are seen from the front; Mitsuba emits as far as its smooth normals are: set \
-             face_normals for the same light in both"
-        )
     })
 }
 

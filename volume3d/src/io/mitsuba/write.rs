@@ -219,6 +219,9 @@ impl Writer<'_> {
             self.value("integer", "crop_width", crop.width);
             self.value("integer", "crop_height", crop.height);
         }
+        if film.sample_border {
+            self.value("boolean", "sample_border", true);
+        }
         let (plugin, parameters) = match film.filter {
             Filter::Box => ("box", vec![]),
             Filter::Tent { radius } => ("tent", vec![("float", "radius", radius)]),

@@ -196,6 +196,7 @@ fn plain_cameras_are_those_of_scenes() {
             width: SIZE.0 as usize,
             height: SIZE.1 as usize,
             crop: None,
+            sample_border: true,
             filter: crate::scene::Filter::Box,
         };
         let plane = FilmPlane::new(&Scene::new(Description::new(camera.clone(), film)).unwrap());

@@ -89,21 +89,21 @@ fn transparent_pictures_show_a_background() {
         ImageBuffer::from_raw(2, 1, vec![255_u8, 0, 0, 128, 0, 255, 0, 255]).unwrap();
     let path = folder.path().join("a.png");
     std::fs::write(&path, encoded(ImageFormat::Png, DynamicImage::ImageRgba8(rgba))).unwrap();
-    let over = load_image_over(&path, DVec3::new(0.0, 0.0, 2.0), Encoding::File).unwrap().pixels;
+    let over = load_image_over(&path, DVec3::new(0.0, 0.0, 2.0), Encoding::File, None).unwrap().pixels;
     let expected = DVec3::new(half, 0.0, 2.0 * (1.0 - half));
     assert!((over[0] - expected).length() < 1e-6 && over[1] == DVec3::Y, "{over:?}");
     let rgba: ImageBuffer<Rgba<f32>, _> = ImageBuffer::from_raw(1, 1, vec![3.0_f32, 0.5, 0.0, 0.25]).unwrap();
     let path = folder.path().join("a.exr");
     std::fs::write(&path, encoded(ImageFormat::OpenExr, DynamicImage::ImageRgba32F(rgba))).unwrap();
     assert_eq!(
-        load_image_over(&path, DVec3::splat(4.0), Encoding::File).unwrap().pixels,
+        load_image_over(&path, DVec3::splat(4.0), Encoding::File, None).unwrap().pixels,
         [DVec3::new(6.0, 3.5, 3.0)]
     );
     // Without alpha it is what it is.
     let grey: ImageBuffer<Luma<u8>, _> = ImageBuffer::from_raw(1, 1, vec![255_u8]).unwrap();
     std::fs::write(&path, encoded(ImageFormat::Png, DynamicImage::ImageLuma8(grey))).unwrap();
-    assert_eq!(load_image_over(&path, DVec3::X, Encoding::File).unwrap().pixels, [DVec3::ONE]);
-    assert!(load_image_over(&folder.path().join("none.png"), DVec3::X, Encoding::File).is_err());
+    assert_eq!(load_image_over(&path, DVec3::X, Encoding::File, None).unwrap().pixels, [DVec3::ONE]);
+    assert!(load_image_over(&folder.path().join("none.png"), DVec3::X, Encoding::File, None).is_err());
 }
 
 #[test]

@@ -160,7 +160,10 @@ fn leniently_the_rest_is_read() {
 #[test]
 fn media_come_back() {
     let camera = Camera::look_at(DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO, DVec3::Y, 0.7);
-    let mut d = Description::new(camera, Film { width: 2, height: 2, crop: None, filter: Filter::Box });
+    let mut d = Description::new(
+        camera,
+        Film { width: 2, height: 2, crop: None, sample_border: true, filter: Filter::Box },
+    );
     let black = Bsdf::Diffuse { reflectance: Reflectance::Constant(DVec3::ZERO) };
     let opacity = Some(Reflectance::Constant(DVec3::ZERO));
     let clear = d.add_material(Material { opacity, ..Material::new("clear", black, false) });

@@ -3,11 +3,13 @@
 mod animation;
 mod attributes;
 mod clip;
+mod deviations;
 mod dialects;
 mod dtu;
 mod files;
 mod fuzz;
 mod image;
+mod layers;
 mod materials;
 mod media;
 mod mirrors;

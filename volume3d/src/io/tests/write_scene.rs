@@ -99,7 +99,8 @@ fn transparent_and_coated() -> Vec<(Bsdf, bool)> {
 fn description() -> Description {
     let camera = Camera::look_at(DVec3::new(0.3, 1.0, 6.0), DVec3::new(0.1, 0.0, 0.2), DVec3::Y, 0.7);
     let crop = Some(Crop { x: 1, y: 2, width: 3, height: 4 });
-    let film = Film { width: 8, height: 9, crop, filter: Filter::Gaussian { deviation: 0.4 } };
+    let film =
+        Film { width: 8, height: 9, crop, sample_border: true, filter: Filter::Gaussian { deviation: 0.4 } };
     let camera = Camera { principal_point: DVec2::new(0.05, -0.125), pixel_aspect: 0.75, ..camera };
     let camera = Camera { lens: Some(Lens { radius: 0.125, focus_distance: 5.5 }), ..camera };
     let mut d = Description::new(camera, film);
@@ -188,7 +189,7 @@ fn description() -> Description {
 /// What each corner of each triangle has: its place, its shading normal and its texture coordinates.
 fn corners(mesh: &Mesh) -> Vec<(DVec3, DVec3, Option<DVec2>)> {
     let camera = Camera::look_at(DVec3::ZERO, DVec3::X, DVec3::Y, 0.7);
-    let film = Film { width: 1, height: 1, crop: None, filter: Filter::Box };
+    let film = Film { width: 1, height: 1, crop: None, sample_border: true, filter: Filter::Box };
     let mut d = Description::new(camera, film);
     let white = d.add_material(Material::diffuse("white", DVec3::ONE));
     d.add_shape("mesh", mesh.clone(), white);
@@ -342,7 +343,10 @@ fn a_folder_that_cannot_be_written_to_is_named() {
 #[test]
 fn a_factor_on_a_textured_radiance_is_written() {
     let camera = Camera::look_at(DVec3::ZERO, DVec3::X, DVec3::Y, 0.7);
-    let mut d = Description::new(camera, Film { width: 1, height: 1, crop: None, filter: Filter::Box });
+    let mut d = Description::new(
+        camera,
+        Film { width: 1, height: 1, crop: None, sample_border: true, filter: Filter::Box },
+    );
     let texels = vec![DVec3::X, DVec3::new(0.5, 0.25, 1.0)];
     let (id, to_uv) = ("slide".to_owned(), DAffine2::IDENTITY);
     d.add_texture(Texture { id, width: 2, height: 1, texels, wrap: Wrap::Clamp, to_uv });
@@ -366,7 +370,7 @@ fn orthographic_sensors_are_written() {
     let origin = DVec3::new(1.0, 2.0, 3.0) + distance * DVec3::Z;
     let camera = Camera::look_at(origin, DVec3::new(1.0, 2.0, 0.0), DVec3::Y, 2.0 * 1e-4_f64.atan());
     let camera = Camera { orthographic: Some(distance), pixel_aspect: 1.5, ..camera };
-    let film = Film { width: 8, height: 9, crop: None, filter: Filter::Box };
+    let film = Film { width: 8, height: 9, crop: None, sample_border: true, filter: Filter::Box };
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("orthographic.xml");
     write_scene(&path, &Scene::new(Description::new(camera.clone(), film)).unwrap()).unwrap();

@@ -14,7 +14,8 @@ use crate::sdf::{Baked, Grid, Guided, Interpolation, Slopes, redistance};
 /// A black thing before the sky.
 fn scene(surface: impl crate::scene::Implicit) -> Scene {
     let camera = Camera::look_at(DVec3::Z * 4.0, DVec3::ZERO, DVec3::Y, 0.7);
-    let film = Film { width: 12, height: 12, crop: None, filter: Filter::Tent { radius: 1.0 } };
+    let film =
+        Film { width: 12, height: 12, crop: None, sample_border: true, filter: Filter::Tent { radius: 1.0 } };
     let mut description = Description::new(camera, film);
     description.integrator.max_depth = Some(1);
     description.environment = Some(Environment::Constant { id: "sky".into(), radiance: DVec3::ONE });

@@ -13,7 +13,7 @@ use crate::scene::{Camera, Description, Environment, Film, Filter, Wrap};
 
 fn map(width: usize, texels: Vec<f64>) -> Scene {
     let camera = Camera::look_at(DVec3::ZERO, DVec3::X, DVec3::Y, 0.8);
-    let film = Film { width: 2, height: 2, crop: None, filter: Filter::Box };
+    let film = Film { width: 2, height: 2, crop: None, sample_border: true, filter: Filter::Box };
     let mut d = Description::new(camera, film);
     let (id, height) = ("sky".to_owned(), texels.len() / width);
     let texels = texels.into_iter().map(DVec3::splat).collect();

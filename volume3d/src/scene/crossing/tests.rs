@@ -11,7 +11,7 @@ fn random(rng: &mut Stream) -> DVec3 {
 
 fn scene(meshes: Vec<Mesh>) -> Scene {
     let camera = Camera::look_at(DVec3::new(0.0, 0.0, 9.0), DVec3::ZERO, DVec3::Y, 0.7);
-    let film = Film { width: 1, height: 1, crop: None, filter: Filter::Box };
+    let film = Film { width: 1, height: 1, crop: None, sample_border: true, filter: Filter::Box };
     let mut d = Description::new(camera, film);
     let white = d.add_material(Material::diffuse("white", DVec3::ONE));
     for (i, mesh) in meshes.into_iter().enumerate() {

@@ -32,7 +32,7 @@ fn given(mesh: Mesh) -> Mesh {
 /// Intersecting sheets: flat-shaded, smooth and with given normals.
 fn description() -> Description {
     let camera = Camera::look_at(DVec3::new(0.0, 0.0, 9.0), DVec3::ZERO, DVec3::Y, 0.7);
-    let film = Film { width: 1, height: 1, crop: None, filter: Filter::Box };
+    let film = Film { width: 1, height: 1, crop: None, sample_border: true, filter: Filter::Box };
     let mut d = Description::new(camera, film);
     let white = d.add_material(Material::diffuse("white", DVec3::ONE));
     let grey = d.add_material(Material::diffuse("grey", DVec3::splat(0.5)));

@@ -38,13 +38,20 @@ const ENOUGH: f64 = 1.1;
 /// Cells processed together.
 const TOGETHER: usize = 4096;
 
-/// The longest control vector of all cells of a cubic spline, given the `rough` bounds of its nodes, or
-/// [`ENOUGH`] if that is longer. Cells are processed in order of decreasing rough bound, until no other one
-/// could have a longer vector.
-pub(super) fn slope(nodes: &[f64], size: [usize; 3], per_length: [f64; 3], rough: &[f64]) -> f64 {
-    let (largest, cells) = spread(rough, size);
-    let mut order: Vec<(f64, usize)> =
-        largest.into_iter().zip(0..).filter(|(bound, _)| *bound > ENOUGH).collect();
+/// The longest control vector of all cells of a cubic spline with the `rough` bounds of its nodes, by layer, or [`ENOUGH`] if that is
+/// longer. Cells are looked at in the order of their rough bounds, until none is left that could have a longer one.
+pub(super) fn slope(
+    nodes: &[f64],
+    size: [usize; 3],
+    per_length: [f64; 3],
+    rough: &(dyn Fn(usize) -> Vec<f64> + Sync),
+) -> f64 {
+    let cells = size.map(|n| n + 1);
+    let slabs = cells[2].div_ceil(SLAB);
+    let mut order: Vec<(f64, usize)> = (0..slabs)
+        .into_par_iter()
+        .flat_map_iter(|slab| steep(size, slab * SLAB..((slab + 1) * SLAB).min(cells[2]), rough))
+        .collect();
     order.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     let slope_of =
         |&(_, cell): &(f64, usize)| longest(&coefficients(nodes, size, place(cell, cells)), per_length);
@@ -58,24 +65,51 @@ pub(super) fn slope(nodes: &[f64], size: [usize; 3], per_length: [f64; 3], rough
     found
 }
 
-/// The greatest value among the nodes of each cell; one more cell than nodes along each axis, as nodes are
-/// repeated beyond the border.
-fn spread(values: &[f64], mut size: [usize; 3]) -> (Vec<f64>, [usize; 3]) {
-    let mut values = values.to_vec();
-    for axis in 0..3 {
-        let step: usize = size[..axis].iter().product();
-        let count = size[axis];
-        let layers = values.chunks_exact(step * count);
-        let spread = layers.flat_map(|layer| {
-            (0..=count).flat_map(move |cell| {
-                let nodes = cell.saturating_sub(2)..=(cell + 1).min(count - 1);
-                (0..step).map(move |i| nodes.clone().map(|n| layer[n * step + i]).fold(0.0, f64::max))
-            })
+/// Layers of cells that are looked at one after another.
+const SLAB: usize = 16;
+
+/// The cells of some layers for whose nodes a bound is more than [`ENOUGH`], with the greatest of them: cells are as many as nodes and
+/// one more along each axis, as beyond the border nodes are repeated.
+fn steep(
+    [nx, ny, nz]: [usize; 3],
+    layers: std::ops::Range<usize>,
+    rough: &(dyn Fn(usize) -> Vec<f64> + Sync),
+) -> Vec<(f64, usize)> {
+    let around = |cell: usize, count: usize| cell.saturating_sub(2)..(cell + 2).min(count);
+    // The bounds of a layer of nodes, if one is large.
+    let of_layer = |k: usize| Some(rough(k)).filter(|bounds| bounds.iter().any(|bound| *bound > ENOUGH));
+    let (mut found, mut known) = (vec![], std::collections::VecDeque::new());
+    let mut next = around(layers.start, nz).start;
+    for z in layers {
+        let wanted = around(z, nz);
+        while next < wanted.end {
+            known.push_back((next, of_layer(next)));
+            next += 1;
+        }
+        while known.front().is_some_and(|(k, _)| *k < wanted.start) {
+            known.pop_front();
+        }
+        let mut large = known.iter().filter_map(|(_, bounds)| bounds.as_ref());
+        let Some(first) = large.next() else { continue };
+        let mut most = first.clone();
+        large.for_each(|bounds| {
+            most.iter_mut().zip(bounds).for_each(|(most, bound)| *most = most.max(*bound))
         });
-        values = spread.collect();
-        size[axis] += 1;
+        let mut row = vec![0.0_f64; nx];
+        for y in 0..=ny {
+            row.fill(0.0);
+            for j in around(y, ny) {
+                row.iter_mut().zip(&most[j * nx..]).for_each(|(row, bound)| *row = row.max(*bound));
+            }
+            for x in 0..=nx {
+                let bound = row[around(x, nx)].iter().copied().fold(0.0, f64::max);
+                if bound > ENOUGH {
+                    found.push((bound, x + (nx + 1) * (y + (ny + 1) * z)));
+                }
+            }
+        }
     }
-    (values, size)
+    found
 }
 
 /// Nodes of a cell, x fastest.
@@ -113,4 +147,38 @@ fn along<const STEP: usize>(numbers: &[f64; COUNT], basis: &[[f64; WIDTH]; WIDTH
         }
     }
     found
+}
+
+#[cfg(test)]
+mod tests {
+    use flatland::random::{open01, stream};
+
+    use super::*;
+
+    /// Layer by layer, the cells and bounds that looking at all nodes of every cell finds.
+    #[test]
+    fn steep_cells_are_those_of_all_nodes() {
+        let mut rng = stream(11, &[]);
+        for size in [[5, 4, 40], [2, 3, 2], [7, 2, 17]] {
+            let count: usize = size.iter().product();
+            let bounds: Vec<f64> = (0..count)
+                .map(|_| if open01(&mut rng) < 0.02 { 1.0 + open01(&mut rng) } else { 1.0 })
+                .collect();
+            let layer = size[0] * size[1];
+            let rough = |k: usize| bounds[k * layer..(k + 1) * layer].to_vec();
+            let cells = size.map(|n| n + 1);
+            let mut expected = vec![];
+            for cell in 0..cells.iter().product() {
+                let at = place(cell, cells);
+                let nodes = |axis: usize| at[axis].saturating_sub(2)..(at[axis] + 2).min(size[axis]);
+                let all = nodes(2).flat_map(|z| nodes(1).flat_map(move |y| nodes(0).map(move |x| (x, y, z))));
+                let most = all.map(|(x, y, z)| bounds[x + size[0] * y + layer * z]).fold(0.0, f64::max);
+                expected.extend((most > ENOUGH).then_some((most, cell)));
+            }
+            let slabs = [0..3, 3..cells[2].min(19), cells[2].min(19)..cells[2]];
+            let found: Vec<_> = slabs.into_iter().flat_map(|slab| steep(size, slab, &rough)).collect();
+            assert_eq!(found, expected, "{size:?}");
+            assert!(size[2] < 10 || !expected.is_empty());
+        }
+    }
 }

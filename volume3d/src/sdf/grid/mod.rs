@@ -18,7 +18,7 @@ use rayon::prelude::*;
 
 pub use error::GridError;
 use outside::Outside;
-use slope::{SlopeBounds, bend_bound, slope_bounds};
+use slope::{SlopeBounds, bounds};
 use visit::{Instructions, Visit};
 
 /// Interpolation between nodes.
@@ -118,8 +118,7 @@ impl Grid {
         if nodes.iter().all(|&value| value <= 0.0) {
             return Err(GridError::OneSign { sign: "0 or negative" });
         }
-        let slopes = slope_bounds(&nodes, size, spacing, interpolation);
-        let bend = bend_bound(&nodes, size, spacing, interpolation);
+        let (slopes, bend) = bounds(&nodes, size, spacing, interpolation);
         let (per_length, instructions) = (spacing.recip(), Instructions::default());
         let inner = (DVec3::ZERO, DVec3::ZERO);
         let grid = Self {
@@ -179,8 +178,7 @@ impl Grid {
     #[must_use]
     pub fn with_interpolation(mut self, interpolation: Interpolation) -> Self {
         self.interpolation = interpolation;
-        self.slopes = slope_bounds(&self.nodes, self.size, self.spacing, interpolation);
-        self.bend = bend_bound(&self.nodes, self.size, self.spacing, interpolation);
+        (self.slopes, self.bend) = bounds(&self.nodes, self.size, self.spacing, interpolation);
         self.closed = self.bounds().is_some();
         self.inner = self.inner();
         self

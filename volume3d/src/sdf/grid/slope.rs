@@ -1,8 +1,9 @@
 //! Bounds on derivatives of a grid, from differences of its nodes.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
-use super::{Interpolation, control, place};
+use super::{Interpolation, control};
 
 /// Bounds on |∇φ|.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,85 +14,136 @@ pub(super) struct SlopeBounds {
     pub(super) everywhere: f64,
 }
 
-/// The bounds stated in [`Grid`](super::Grid): the largest √(Σ_axis max(d₊², d₋²)) over all nodes, with d₊
-/// and d₋ the differences to the two neighbours along the axis, divided by the spacing, and 0 at the border.
-/// `outside` is over nodes that share the support of some point with a positive node and, for a cubic spline,
-/// at most the bound of its [control vectors](control).
-pub(super) fn slope_bounds(
+/// The bounds that [`Grid`](super::Grid) states on |∇φ|, and that on second derivatives.
+///
+/// Of a slope it is the largest √(Σ_axis max(d₊², d₋²)) over all nodes, where d₊ and d₋ are the differences to the two neighbours along
+/// the axis, by the spacing, and 0 at the border; for `outside` of nodes with a positive node no farther away along every axis than
+/// count together, and of a cubic spline no more than its [control vectors](control) say. Nothing is kept of a node but whether it is
+/// one of those: grids may be as large as the memory.
+pub(super) fn bounds(
     nodes: &[f64],
     size: [usize; 3],
     spacing: DVec3,
     interpolation: Interpolation,
-) -> SlopeBounds {
-    let mut outside: Vec<f64> = vec![0.0; nodes.len()];
-    let is_outside = near_positive(nodes, size, interpolation.reach());
-    let steps = [1, size[0], size[0] * size[1]];
-    let (mut most_outside, mut most) = (0.0_f64, 0.0_f64);
-    for (index, (&value, near)) in nodes.iter().zip(is_outside).enumerate() {
-        let mut square = 0.0;
-        for axis in 0..3 {
-            let at = index / steps[axis] % size[axis];
-            let back = if at > 0 { value - nodes[index - steps[axis]] } else { 0.0 };
-            let ahead = if at + 1 < size[axis] { nodes[index + steps[axis]] - value } else { 0.0 };
-            let slope = back.abs().max(ahead.abs()) / spacing[axis];
-            square += slope * slope;
-        }
-        most = most.max(square);
-        if near {
-            outside[index] = square.sqrt();
-            most_outside = most_outside.max(outside[index]);
-        }
-    }
+) -> (SlopeBounds, f64) {
+    let near = near_positive(nodes, size, interpolation.reach());
+    let layers = Layers { nodes, size, spacing, near: &near };
+    let all = || (0..size[2]).into_par_iter();
+    let most = |a: [f64; 2], b: [f64; 2]| [a[0].max(b[0]), a[1].max(b[1])];
+    let [everywhere, mut outside] = all().map(|k| layers.steepest(k)).reduce(|| [0.0; 2], most);
+    let mut bend = f64::INFINITY;
     if interpolation == Interpolation::Cubic {
-        most_outside = most_outside.min(control::slope(nodes, size, spacing.recip().to_array(), &outside));
+        outside = outside.min(control::slope(nodes, size, spacing.recip().to_array(), &|k| layers.rough(k)));
+        let most = |a: [f64; 6], b: [f64; 6]| std::array::from_fn(|i| a[i].max(b[i]));
+        let bends = all().map(|k| layers.bends(k)).reduce(|| [0.0; 6], most);
+        let square = |bounds: &[f64]| bounds.iter().map(|b| b * b).sum::<f64>();
+        bend = (square(&bends[..3]) + 2.0 * square(&bends[3..])).sqrt();
     }
-    SlopeBounds { outside: most_outside, everywhere: most.sqrt() }
+    (SlopeBounds { outside, everywhere: everywhere.sqrt() }, bend)
 }
 
-/// The bound on second derivatives stated in [`Grid`](super::Grid), where φ > 0. Beyond the border nodes are
-/// repeated.
-pub(super) fn bend_bound(
-    nodes: &[f64],
+/// The nodes of a grid, looked at layer by layer along its last axis.
+struct Layers<'n> {
+    nodes: &'n [f64],
     size: [usize; 3],
     spacing: DVec3,
-    interpolation: Interpolation,
-) -> f64 {
-    if interpolation == Interpolation::Trilinear {
-        return f64::INFINITY;
-    }
-    let outside = near_positive(nodes, size, interpolation.reach());
-    let steps = [1, size[0], size[0] * size[1]];
-    let (mut own, mut mixed) = ([0.0_f64; 3], [0.0_f64; 3]);
-    for (index, _) in outside.iter().enumerate().filter(|(_, near)| **near) {
-        let at = place(index, size);
-        let ahead = |axis: usize| if at[axis] + 1 < size[axis] { steps[axis] } else { 0 };
-        let value = nodes[index];
-        for axis in 0..3 {
-            let back = if at[axis] > 0 { steps[axis] } else { 0 };
-            let bend = nodes[index + ahead(axis)] - 2.0 * value + nodes[index - back];
-            own[axis] = own[axis].max((bend / (spacing[axis] * spacing[axis])).abs());
-            let (a, b) = ((axis + 1) % 3, (axis + 2) % 3);
-            let (to_a, to_b) = (ahead(a), ahead(b));
-            let twist = nodes[index + to_a + to_b] - nodes[index + to_a] - nodes[index + to_b] + value;
-            mixed[axis] = mixed[axis].max((twist / (spacing[a] * spacing[b])).abs());
-        }
-    }
-    let square = |bounds: [f64; 3]| bounds.iter().map(|b| b * b).sum::<f64>();
-    (square(own) + 2.0 * square(mixed)).sqrt()
+    near: &'n [bool],
 }
 
-/// For every node, whether a positive one is at most `reach` nodes away along every axis.
-fn near_positive(nodes: &[f64], size: [usize; 3], reach: usize) -> Vec<bool> {
-    let mut near: Vec<bool> = nodes.iter().map(|&value| value > 0.0).collect();
-    let mut step = 1;
-    for count in size {
-        let before = near.clone();
-        for (index, found) in near.iter_mut().enumerate().filter(|(_, found)| !**found) {
-            let at = index / step % count;
-            let (back, ahead) = (at.min(reach), (count - 1 - at).min(reach));
-            *found = (index - back * step..=index + ahead * step).step_by(step).any(|i| before[i]);
+impl Layers<'_> {
+    /// Calls with every node of a layer: where it is in the layer, and the square of its bound.
+    fn for_each_square(&self, k: usize, mut f: impl FnMut(usize, f64)) {
+        let [nx, ny, nz] = self.size;
+        let (steps, last) = ([1, nx, nx * ny], [nx - 1, ny - 1, nz - 1]);
+        for j in 0..ny {
+            for i in 0..nx {
+                let (at, index) = ([i, j, k], i + nx * (j + ny * k));
+                let (value, mut square) = (self.nodes[index], 0.0);
+                for axis in 0..3 {
+                    let back = if at[axis] > 0 { value - self.nodes[index - steps[axis]] } else { 0.0 };
+                    let ahead =
+                        if at[axis] < last[axis] { self.nodes[index + steps[axis]] - value } else { 0.0 };
+                    let slope = back.abs().max(ahead.abs()) / self.spacing[axis];
+                    square += slope * slope;
+                }
+                f(i + nx * j, square);
+            }
         }
-        step *= count;
     }
+
+    /// The largest square of a layer, and the largest bound of those that are near what is positive.
+    fn steepest(&self, k: usize) -> [f64; 2] {
+        let near = self.near_layer(k);
+        let (mut most, mut outside) = (0.0_f64, 0.0_f64);
+        self.for_each_square(k, |at, square| {
+            most = most.max(square);
+            outside = if near[at] { outside.max(square) } else { outside };
+        });
+        [most, outside.sqrt()]
+    }
+
+    /// The bounds of a layer, 0 where nothing near is positive.
+    fn rough(&self, k: usize) -> Vec<f64> {
+        let near = self.near_layer(k);
+        let mut bounds = vec![0.0; near.len()];
+        self.for_each_square(k, |at, square| bounds[at] = if near[at] { square.sqrt() } else { 0.0 });
+        bounds
+    }
+
+    /// The largest second differences of a layer along each axis, and mixed ones, where φ > 0. Beyond the border nodes are repeated.
+    fn bends(&self, k: usize) -> [f64; 6] {
+        let ([nx, ny, nz], nodes, spacing) = (self.size, self.nodes, self.spacing);
+        let (steps, last, near) = ([1, nx, nx * ny], [nx - 1, ny - 1, nz - 1], self.near_layer(k));
+        let mut most = [0.0_f64; 6];
+        for (i, j) in (0..ny).flat_map(|j| (0..nx).map(move |i| (i, j))) {
+            if !near[i + nx * j] {
+                continue;
+            }
+            let (at, index) = ([i, j, k], i + nx * (j + ny * k));
+            let ahead = |axis: usize| if at[axis] < last[axis] { steps[axis] } else { 0 };
+            let value = nodes[index];
+            for axis in 0..3 {
+                let back = if at[axis] > 0 { steps[axis] } else { 0 };
+                let bend = nodes[index + ahead(axis)] - 2.0 * value + nodes[index - back];
+                most[axis] = most[axis].max((bend / (spacing[axis] * spacing[axis])).abs());
+                let (a, b) = ((axis + 1) % 3, (axis + 2) % 3);
+                let (to_a, to_b) = (ahead(a), ahead(b));
+                let twist = nodes[index + to_a + to_b] - nodes[index + to_a] - nodes[index + to_b] + value;
+                most[3 + axis] = most[3 + axis].max((twist / (spacing[a] * spacing[b])).abs());
+            }
+        }
+        most
+    }
+
+    fn near_layer(&self, k: usize) -> &[bool] {
+        let layer = self.size[0] * self.size[1];
+        &self.near[k * layer..(k + 1) * layer]
+    }
+}
+
+/// Of every node whether a positive one is no more than `reach` nodes away along every axis.
+fn near_positive(nodes: &[f64], [nx, ny, nz]: [usize; 3], reach: usize) -> Vec<bool> {
+    let around = |at: usize, count: usize| at.saturating_sub(reach)..(at + reach + 1).min(count);
+    let mut near = vec![false; nodes.len()];
+    near.par_chunks_mut(nx * ny).zip(nodes.par_chunks(nx * ny)).for_each(|(layer, nodes)| {
+        let mut rows = vec![false; nx * ny];
+        for (row, nodes) in rows.chunks_mut(nx).zip(nodes.chunks(nx)) {
+            for (i, _) in nodes.iter().enumerate().filter(|(_, value)| **value > 0.0) {
+                row[around(i, nx)].fill(true);
+            }
+        }
+        for (j, row) in layer.chunks_mut(nx).enumerate() {
+            around(j, ny).for_each(|other| join(row, &rows[other * nx..(other + 1) * nx]));
+        }
+    });
+    let before = near.clone();
+    near.par_chunks_mut(nx * ny).enumerate().for_each(|(k, layer)| {
+        let others = around(k, nz).filter(|&other| other != k);
+        others.for_each(|other| join(layer, &before[other * nx * ny..(other + 1) * nx * ny]));
+    });
     near
+}
+
+fn join(flags: &mut [bool], others: &[bool]) {
+    flags.iter_mut().zip(others).for_each(|(flag, other)| *flag |= *other);
 }

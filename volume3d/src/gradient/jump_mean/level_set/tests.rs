@@ -19,7 +19,7 @@ const EYE: DVec3 = DVec3::new(0.3, -5.0, 3.0);
 
 fn description() -> Description {
     let camera = Camera::look_at(EYE, DVec3::ZERO, DVec3::Z, 0.7);
-    let film = Film { width: 4, height: 4, crop: None, filter: Filter::Box };
+    let film = Film { width: 4, height: 4, crop: None, sample_border: true, filter: Filter::Box };
     let mut description = Description::new(camera, film);
     description.add_material(Material::diffuse("clay", DVec3::ONE));
     description

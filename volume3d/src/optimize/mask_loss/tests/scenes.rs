@@ -24,7 +24,13 @@ pub(super) fn scene(surface: impl Implicit) -> Scene {
 /// The same with the camera `scale` times as far away.
 pub(super) fn scaled(surface: impl Implicit, scale: f64) -> Scene {
     let camera = Camera::look_at(DVec3::new(0.3, 0.2, -3.0) * scale, DVec3::ZERO, DVec3::Y, 0.8);
-    let film = Film { width: SIZE.0, height: SIZE.1, crop: None, filter: Filter::Tent { radius: 1.0 } };
+    let film = Film {
+        width: SIZE.0,
+        height: SIZE.1,
+        crop: None,
+        sample_border: true,
+        filter: Filter::Tent { radius: 1.0 },
+    };
     let mut description = Description::new(camera, film);
     let clay = description.add_material(Material::diffuse("clay", DVec3::splat(0.5)));
     description.add_implicit("shape", surface, clay);
