@@ -28,6 +28,11 @@ fn open(path: &Path) -> std::io::Result<Vec<u8>> {
         Some("turned.obj") => "v 0 0 0\nv 1 0 0\nv 1 1 0\nvn 0 0 -1\nf 1//1 2//1 3//1\n",
         Some("smooth.obj") => "v 0 0 0\nv 1 0 0\nv 1 1 0\nvn 0 0 1\nvn .6 0 .8\nf 1//1 2//2 3//2\n",
         Some("dent.obj") => "v 0 0 0\nv 2 0 0\nv .2 .2 0\nv 0 2 0\nf 2 3 4 1\n",
+        Some("mixed.obj") => "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 1\nf 1/1 2/2 3/2\nf 1 3 4\n",
+        Some("coordinates.ply") => {
+            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n\
+             property list uchar int vertex_indices\nproperty list uchar float texcoord\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 6 0 0 1 0 0 1\n"
+        }
         Some("curve.txt") => "0 0 0 .5\n1 0 0 .5\n2 0 0 .5\n3 0 0 .5\n",
         Some("faces.ply") => {
             "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n\
@@ -121,15 +126,6 @@ const IMAGES: &[Case] = &[
         );
         assert_eq!((board.textures[0].width, board.textures[0].height), (128, 128));
     }),
-    ("checkerboards of numbers", || {
-        let of = |bsdf: &str, name: &str| {
-            let board = "<texture type='checkerboard' name='NAME'><rgb name='color0' value='.2'/><rgb name='color1' value='.8'/></texture>";
-            let body = format!("<bsdf type='{bsdf}'>{}</bsdf>", board.replace("NAME", name));
-            scene(&body).textures[0].texels[0].x
-        };
-        let apart = of("diffuse", "reflectance") - of("principled", "roughness");
-        assert!(apart.abs() < 1e-12, "{apart}");
-    }),
     ("masks seen against nothing", || {
         let quad = |bsdf: &str| {
             let lamp = "<shape type='rectangle'><transform name='to_world'><lookat origin='2,0,1' target='0,0,0' up='0,1,0'/>\
@@ -169,6 +165,23 @@ const IMAGES: &[Case] = &[
             scene(&format!("<shape type='rectangle'>{turned}</shape>")).shapes.remove(0).mesh
         };
         assert_eq!(of(1), of(2));
+    }),
+    ("metals of index 1", || {
+        let wall = |eta: f64| {
+            let metal = format!(
+                "<bsdf type='principled'><rgb name='base_color' value='.7'/><float name='metallic' value='1'/>\
+                 <float name='roughness' value='.5'/><float name='eta' value='{eta}'/></bsdf>"
+            );
+            shown(&format!("<shape type='rectangle'>{WALL}{metal}</shape>{SKY}"))
+        };
+        let [alone, close] = [wall(1.0), wall(1.0001)];
+        assert!(alone > 0.4 && (alone - close).abs() < 1e-3, "{alone} {close}");
+    }),
+    ("ideal facets", || {
+        is_noted("<bsdf type='roughconductor'><float name='alpha' value='0'/></bsdf>", "of alpha 0 is the smooth");
+    }),
+    ("corners without coordinates", || {
+        is_noted(&file("obj", "mixed.obj", ""), "corners of triangles have no texture coordinates");
     }),
     ("third columns of to_uv", || {
         let texture = "<texture type='checkerboard' name='reflectance'><transform name='to_uv'><matrix value='1 0 .25 0 0 1 .5 0 0 0 1 0 0 0 0 1'/></transform></texture>";
@@ -324,6 +337,13 @@ const ADDITIONS: &[Case] = &[
     ("two-sided masks", || {
         let mask = "<bsdf type='twosided'><bsdf type='mask'><bsdf type='diffuse'/></bsdf></bsdf>";
         assert!(scene(mask).materials.iter().any(|m| m.opacity.is_some()));
+    }),
+    ("glass without a boundary", || {
+        let same = "<float name='int_ior' value='1.3'/><float name='ext_ior' value='1.3'/>";
+        is_noted(&format!("<bsdf type='roughdielectric'>{same}</bsdf>"), "there is no boundary");
+    }),
+    ("coordinates of faces", || {
+        assert!(scene(&file("ply", "coordinates.ply", "")).shapes[0].mesh.uvs().is_some());
     }),
     ("networks", || {
         let network = "<shape type='sdfnetwork'><integer name='width' value='16'/><integer name='cells' value='16'/></shape>";
