@@ -54,7 +54,7 @@ fn errors_say_what_is_wrong() {
         (word(60, f32::NAN.to_le_bytes()), "a.vol: node (1, 1, 0) is NaN; every node must be finite"),
     ]);
     let place = word(24, f32::INFINITY.to_le_bytes());
-    assert!(place.starts_with("a.vol: a low corner of "), "{place}");
+    assert!(place.starts_with("a.vol: invalid grid: the low corner "), "{place}");
     let far =
         Grid::new(Interpolation::Cubic, DVec3::splat(1e39), DVec3::ONE, [2, 3, 4], grid().nodes().to_vec());
     let folder = tempfile::tempdir().unwrap();
