@@ -35,7 +35,7 @@ use super::{contact, reverse};
 /// chose. --method warped-area is always the same field, and --spp its samples.
 ///
 /// With the same --seed, --spp and --method, forward and reverse are transposes of one another to rounding (edge
-/// sampling if all shapes of --wrt move, warped area without --adaptive; not what a pilot chooses for each). If a shape or the camera moves in a scene
+/// sampling if all shapes of --wrt move; not what a pilot chooses for each). If a shape or the camera moves in a scene
 /// that has an ideal mirror or a light without extent, that is refused, as no warp sees its jumps; --method
 /// finite-difference takes it, and so does --allow-missing, with which edge sampling leaves those jumps out and says so.
 ///

@@ -2,7 +2,7 @@
 
 use clap::error::ErrorKind;
 use clap::{Args, ValueEnum};
-use flatland::warp::{Adaptive, Debias, Warp};
+use flatland::warp::{Debias, Warp};
 use volume3d::Image;
 use volume3d::gradient::{
     ActiveParameters, Candidate, Choice, EdgeSampling, Field, FiniteDifference, Gradient, GradientError,
@@ -18,8 +18,8 @@ pub(super) struct MethodOptions {
     /// How the derivative is estimated [default: auto; edge with --allow-missing; warped-area with options that belong to it].
     #[arg(long, value_enum)]
     method: Option<Method>,
-    /// Warped area: what its field is made of [default: jump-mean; rays if --debias, --aux or
-    /// --adaptive is given]. Given, --method is warped-area.
+    /// Warped area: what its field is made of [default: jump-mean; rays if --debias or --aux is
+    /// given]. Given, --method is warped-area.
     #[arg(long, value_enum)]
     field: Option<FieldKind>,
     /// Warped area: what follows the silhouettes of implicit surfaces [default: vicini].
@@ -32,14 +32,10 @@ pub(super) struct MethodOptions {
     /// Warped area: what is done about the bias of the warp with finitely many auxiliary rays.
     #[arg(long, value_enum)]
     debias: Option<Bias>,
-    /// Warped area: auxiliary rays of an estimate of the warp, on the film and at every bounce: at least, or with --adaptive
-    /// and --debias none at most [default: 16; 4 with --debias roulette].
+    /// Warped area: auxiliary rays of an estimate of the warp, on the film and at every bounce; the least number unless
+    /// --debias is none [default: 16; 4 with --debias roulette].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
     aux: Option<u32>,
-    /// Warped area: more auxiliary rays where the first of them see a boundary near by, and few where they see one
-    /// smooth surface. With --debias none that adds to the bias; otherwise there is still none.
-    #[arg(long)]
-    adaptive: bool,
     /// Edge sampling: leaves out the motion of such jumps, which nothing follows, instead of refusing a scene that has
     /// them where geometry moves. The rest of the derivative is what it is without; what is left out is listed, and kept
     /// in the header of a gradient that is written as .exr.
@@ -125,7 +121,6 @@ impl MethodOptions {
             nearest: None,
             debias: None,
             aux: None,
-            adaptive: false,
             allow_missing: vec![],
         }
     }
@@ -157,10 +152,10 @@ impl MethodOptions {
         let conflict = |text: &str| Err(usage(command, ErrorKind::ArgumentConflict, text.to_owned()));
         let rays = self.asks_for_rays();
         if self.method() != Method::WarpedArea && (rays || self.field.is_some()) {
-            return conflict("--field, --debias, --aux and --adaptive belong to --method warped-area");
+            return conflict("--field, --debias and --aux belong to --method warped-area");
         }
         if self.field.is_some_and(|field| field != FieldKind::Rays) && rays {
-            return conflict("--debias, --aux and --adaptive belong to --field rays");
+            return conflict("--debias and --aux belong to --field rays");
         }
         let implicit = self.asks_for_implicit_field();
         if implicit && (self.method() != Method::WarpedArea || self.field == Some(FieldKind::Rays) || rays) {
@@ -170,9 +165,6 @@ impl MethodOptions {
         }
         if self.nearest.is_some() && self.implicit_field != Some(ImplicitKind::Bangaru) {
             return conflict("--nearest belongs to --implicit-field bangaru");
-        }
-        if self.adaptive && self.debias == Some(Bias::Roulette) {
-            return conflict("--adaptive belongs to --debias multilevel or none");
         }
         if !self.allow_missing.is_empty() && self.method() != Method::Edge {
             return conflict(
@@ -210,8 +202,7 @@ impl MethodOptions {
         if self.method() == Method::Rotation {
             return Estimator::Rotation(Rotation { samples, seed, ..Rotation::default() });
         }
-        let adaptive = self.adaptive.then(Adaptive::default);
-        let warp = Warp { debias: self.debias(), adaptive, ..WarpedArea::default().warp };
+        let warp = Warp { debias: self.debias(), ..WarpedArea::default().warp };
         let warps = self.method() != Method::Interior;
         let rays = self.field == Some(FieldKind::Rays) || self.asks_for_rays();
         let field = match self.field {
@@ -246,7 +237,7 @@ impl MethodOptions {
     }
 
     fn asks_for_rays(&self) -> bool {
-        self.debias.is_some() || self.aux.is_some() || self.adaptive
+        self.debias.is_some() || self.aux.is_some()
     }
 
     fn debias(&self) -> Debias {
