@@ -1,12 +1,12 @@
 //! The settings that a study measures: options of `volume3d gradient`, read as that command reads them.
 
 use clap::Parser;
-use volume3d::gradient::Tangent;
+use volume3d::gradient::{Estimator, Tangent};
 use volume3d::scene::Scene;
 
 use crate::extent;
 use crate::gradient::step;
-use crate::method::{Estimator, MethodOptions};
+use crate::method::MethodOptions;
 
 /// A method with its settings.
 #[derive(Debug)]
