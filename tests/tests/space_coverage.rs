@@ -7,7 +7,7 @@
 use std::sync::LazyLock;
 
 use flatland::random::{open01, stream};
-use flatland::warp::{Adaptive, AuxiliaryPoints, Debias, Warp, Weighting};
+use flatland::warp::{AuxiliaryPoints, Debias, Warp, Weighting};
 use glam::DVec3;
 use tests::comparison::{Comparison, Estimate};
 use tests::effort::pick;
@@ -76,7 +76,6 @@ fn other_warps_are_unbiased() {
     let points = AuxiliaryPoints::Stratified;
     let longer = |warp| WarpedArea { samples: pick(1, 4) * SAMPLES, ..with(warp) };
     accept(&mut power, "stratified points", &FEW, &longer(Warp { points, ..warp }));
-    accept(&mut power, "adaptive rays", &FEW, &longer(Warp { adaptive: Some(Adaptive::default()), ..warp }));
 }
 
 /// What is thinner than samples are apart is found by edge sampling, which knows where edges are. Warped area meets

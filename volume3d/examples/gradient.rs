@@ -10,7 +10,7 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use volume3d::gradient::{Progress, Tangent, WarpedArea};
+use volume3d::gradient::{Estimator, Progress, Tangent};
 use volume3d::io::{load_scene, signed_range, write_png, write_signed_png};
 use volume3d::scene::Scene;
 
@@ -23,8 +23,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     // The block moves to the right, by one unit of the scene for each unit of the parameter.
     let mut change = Tangent::still(&scene);
     change.translate(&scene, scene.find_shape("block")?, DVec3::X);
-    let method = WarpedArea { samples: 64, ..WarpedArea::default() };
-    let result = method.forward(&scene, &change, &Progress::none())?;
+    let result = Estimator::auto(64, 0).forward(&scene, &change, &Progress::none())?;
 
     write_png(&folder.join("image.png"), &result.image)?;
     let gradient = &result.gradient;

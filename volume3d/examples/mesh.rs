@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use glam::{DAffine3, DVec3};
 use volume3d::Image;
 use volume3d::geometry::Mesh;
-use volume3d::gradient::{Progress, WarpedArea, render};
+use volume3d::gradient::{Estimator, Progress, render};
 use volume3d::io::{write_obj, write_png};
 use volume3d::optimize::{Adam, LargeSteps, Loss, Parameters};
 use volume3d::scene::{Camera, Description, Environment, Film, Filter, Integrator, Material, Scene};
@@ -48,6 +48,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         LargeSteps::new(&scene.description().shapes[scene.find_shape("body")?].mesh, SMOOTHNESS)?;
     let mut adam = Adam::new(0.0).uniform();
     adam.beta2 = 0.95;
+    let method = Estimator::auto(4, 0).resolve(&scene, &parameters.active(&scene), &Progress::none())?;
     for step in 0..STEPS {
         // From 0.04 units a step down to nothing.
         let remaining = 1.0 - step as f64 / STEPS as f64;
@@ -60,8 +61,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             let seed = (step * TOGETHER + k) as u64;
             let image = render(&scene, 16, seed, &Progress::none())?.image;
             let (value, adjoint) = Loss::Multiscale { levels: 3 }.of(&image, &targets[view])?;
-            let method = WarpedArea { samples: 4, seed, ..WarpedArea::default() };
-            let pulled = method.reverse(&scene, &adjoint, &parameters.active(&scene), &Progress::none())?;
+            let active = parameters.active(&scene);
+            let pulled = method.with_seed(seed).reverse(&scene, &adjoint, &active, &Progress::none())?;
             let pulled = parameters.gradient(&scene, &x, &pulled.by_parameter);
             loss += value / TOGETHER as f64;
             gradient.iter_mut().zip(pulled).for_each(|(g, p)| *g += p / TOGETHER as f64);

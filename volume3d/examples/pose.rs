@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use volume3d::Image;
-use volume3d::gradient::{Progress, WarpedArea, render};
+use volume3d::gradient::{Estimator, Progress, render};
 use volume3d::io::{load_scene, write_png, write_scene};
 use volume3d::optimize::{Adam, Loss, Parameters};
 use volume3d::scene::Scene;
@@ -38,14 +38,15 @@ fn main() -> Result<(), Box<dyn Error>> {
     picture(&scene, 256, 0, &folder.join("start.png"))?;
 
     let mut adam = Adam::new(0.0);
+    let method = Estimator::auto(8, 0).resolve(&scene, &parameters.active(&scene), &Progress::none())?;
     for step in 0..STEPS {
         // From 0.04 units and radians a step down to nothing.
         adam.rate = 0.02 * (1.0 + (PI * step as f64 / STEPS as f64).cos());
         // The image and the gradient draw samples of their own, or their product would be biased.
         let image = render(&scene, 16, step, &Progress::none())?.image;
         let (loss, adjoint) = Loss::Multiscale { levels: 5 }.of(&image, &target)?;
-        let method = WarpedArea { samples: 8, seed: step, ..WarpedArea::default() };
-        let gradient = method.reverse(&scene, &adjoint, &parameters.active(&scene), &Progress::none())?;
+        let active = parameters.active(&scene);
+        let gradient = method.with_seed(step).reverse(&scene, &adjoint, &active, &Progress::none())?;
         let gradient = parameters.gradient(&scene, &x, &gradient.by_parameter);
         parameters.retract(&mut x, &adam.step(&gradient));
         parameters.apply(&x, &mut scene)?;

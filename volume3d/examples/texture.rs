@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 
 use glam::{DAffine2, DVec3};
 use volume3d::Image;
-use volume3d::gradient::{Progress, WarpedArea, render};
+use volume3d::gradient::{Estimator, Progress, render};
 use volume3d::io::{load_scene, write_png};
 use volume3d::optimize::{Adam, Loss, Parameters};
 use volume3d::scene::{Bsdf, Material, Reflectance, Scene, Texture, Wrap};
@@ -53,7 +53,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let parameters = Parameters::new(&scene, &["printed.texture"])?;
     let truth = parameters.values(&scene);
     let target = picture(&scene, &folder, "target")?;
-    let method = WarpedArea { samples: 64, ..WarpedArea::default() };
+    // Texels move nothing: the interior term is all of their derivative.
+    let method = Estimator::interior(64, 0);
     let ones = Image::constant(target.width, target.height, DVec3::ONE);
     let all = method.reverse(&scene, &ones, &parameters.active(&scene), &Progress::none())?;
     let all = parameters.gradient(&scene, &truth, &all.by_parameter);
@@ -71,7 +72,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         // The image and the gradient draw samples of their own, or their product would be biased.
         let image = render(&scene, 16, step, &Progress::none())?.image;
         let (loss, adjoint) = Loss::L2.of(&image, &target)?;
-        let method = WarpedArea { samples: 8, seed: step, ..WarpedArea::default() };
+        let method = Estimator::interior(8, step);
         let gradient = method.reverse(&scene, &adjoint, &parameters.active(&scene), &Progress::none())?;
         let gradient = parameters.gradient(&scene, &x, &gradient.by_parameter);
         // Bounds keep every texel within [0, 1].

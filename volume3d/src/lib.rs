@@ -17,7 +17,7 @@
 //! ```
 //! use glam::{DAffine3, DVec3};
 //! use volume3d::geometry::Mesh;
-//! use volume3d::gradient::{Progress, Tangent, WarpedArea};
+//! use volume3d::gradient::{Estimator, Progress, Tangent};
 //! use volume3d::scene::{Camera, Description, Film, Filter, Integrator, Material, Scene};
 //!
 //! let camera = Camera::look_at(DVec3::new(0.0, 1.5, 4.0), DVec3::new(0.0, 0.5, 0.0), DVec3::Y, 0.7);
@@ -36,7 +36,7 @@
 //! // Derivative of every pixel as the block moves to the right, with its silhouette and its shadow.
 //! let mut change = Tangent::still(&scene);
 //! change.translate(&scene, block, DVec3::X);
-//! let result = WarpedArea::default().forward(&scene, &change, &Progress::none())?;
+//! let result = Estimator::default().forward(&scene, &change, &Progress::none())?;
 //! assert_eq!(result.gradient.size(), (16, 16));
 //! assert!(result.gradient.pixels.iter().any(|g| g.x != 0.0) && result.non_finite.is_empty());
 //! # Ok::<(), Box<dyn std::error::Error>>(())

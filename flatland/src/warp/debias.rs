@@ -58,8 +58,7 @@ impl Default for Debias {
 }
 
 impl Debias {
-    /// Expected number of auxiliary rays of one estimate; with [adaptive](super::Adaptive) rays it depends on
-    /// the scene.
+    /// Expected number of auxiliary rays of one estimate.
     #[must_use]
     pub fn expected_rays(self) -> f64 {
         match self {

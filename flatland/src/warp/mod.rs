@@ -26,7 +26,7 @@
 //!
 //! The quotient by Σ w̃ makes every fixed number of rays biased ([`Debias::Consistent`]), the more so the
 //! closer u is to a boundary. [`Debias::Multilevel`] and [`Debias::RussianRoulette`] remove that bias exactly
-//! (Theory 4), also with [`Adaptive`] rays. With B ~ sᵖ in the distance s, the field is boundary consistent
+//! (Theory 4). With B ~ sᵖ in the distance s, the field is boundary consistent
 //! if pγ ≥ 1 (n = 1) and γ ≥ 1/p + 1/2 (n = 2), at equality only logarithmically; below the bound no number
 //! of rays helps.
 //!
@@ -41,7 +41,6 @@
 //! which neither overflows nor cancels anywhere. Weights are stored as logarithms relative to the largest, so
 //! no clamp is needed and none is made.
 
-mod adaptive;
 mod auxiliary;
 mod boundary;
 mod debias;
@@ -52,7 +51,6 @@ mod jumps;
 mod parameters;
 mod stencil;
 
-pub use adaptive::Adaptive;
 pub use auxiliary::AuxiliaryPoints;
 pub use boundary::BoundaryFunction;
 pub use debias::Debias;

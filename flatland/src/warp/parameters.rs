@@ -1,6 +1,5 @@
 //! Parameters of the warp estimate.
 
-use super::adaptive::Adaptive;
 use super::auxiliary::AuxiliaryPoints;
 use super::boundary::BoundaryFunction;
 use super::debias::Debias;
@@ -39,8 +38,6 @@ pub struct Warp {
     pub radial_exponent: f64,
     /// Number of points, and the debiasing scheme.
     pub debias: Debias,
-    /// Adaptive numbers of rays, off by default: a consistent estimate becomes more biased.
-    pub adaptive: Option<Adaptive>,
 }
 
 impl Default for Warp {
@@ -50,7 +47,6 @@ impl Default for Warp {
             points: AuxiliaryPoints::default(),
             radial_exponent: 0.3,
             debias: Debias::default(),
-            adaptive: None,
         }
     }
 }
@@ -110,7 +106,6 @@ impl Warp {
             points: AuxiliaryPoints::Antithetic,
             radial_exponent: 1.0,
             debias: Debias::Consistent { rays },
-            adaptive: None,
         }
     }
 
@@ -126,7 +121,6 @@ impl Warp {
             points: AuxiliaryPoints::Stratified,
             radial_exponent: 0.5,
             debias: Debias::Multilevel { rays: 8, first: 0.15, ratio: 0.3 },
-            adaptive: None,
         }
     }
 
@@ -159,8 +153,7 @@ impl Warp {
         if !(self.radial_exponent >= 0.1 && self.radial_exponent <= 1.0) {
             return Err(WarpError::RadialExponent { radial_exponent: self.radial_exponent });
         }
-        let adaptive = self.adaptive.map_or(Ok(()), Adaptive::check);
-        self.debias.check().and(adaptive).map_err(|what| WarpError::Debias { what })
+        self.debias.check().map_err(|what| WarpError::Debias { what })
     }
 
     /// Distance beyond which boundaries are irrelevant: [`stencil`](Self::stencil)'s `trace` may stop

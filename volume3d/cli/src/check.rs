@@ -8,14 +8,14 @@ use clap::error::ErrorKind;
 use flatland::random::stream;
 use glam::DVec3;
 use rand::Rng;
-use volume3d::gradient::{Contribution, FiniteDifference, GradientError, OneSided, Tangent};
+use volume3d::gradient::{Contribution, Estimator, FiniteDifference, GradientError, OneSided, Tangent};
 use volume3d::scene::Scene;
 
 use super::comparison::{Estimate, RESOLUTION, RUNS, Slope, Verdict, verdict};
 use super::contact;
 use super::extent;
 use super::gradient::step;
-use super::method::{Estimator, MethodOptions};
+use super::method::{MethodOptions, chosen};
 use super::missing::left_out;
 use super::movement::{Moves, change};
 use super::one_sided::one_sided;
@@ -212,9 +212,9 @@ impl<'a> Check<'a> {
     fn method(&mut self, weights: &[DVec3]) -> Result<Runs, GradientError> {
         // Chosen once for all runs, which have seeds of their own.
         let estimator = self.options.method.estimator(self.samples, self.seed(CHOICE, 0), None);
-        let (estimator, chosen) = estimator.chosen(|p| p.for_change(self.scene, self.change, &silent()))?;
+        let (estimator, chosen) = chosen(estimator, |p| p.for_change(self.scene, self.change, &silent()))?;
         self.messages += &chosen;
-        self.runs(weights, |check, r| estimator.reseeded(check.seed(METHOD, r)))
+        self.runs(weights, |check, r| estimator.with_seed(check.seed(METHOD, r)))
     }
 
     /// The same of finite differences with one step.
@@ -232,7 +232,7 @@ impl<'a> Check<'a> {
     ) -> Result<Runs, GradientError> {
         let mut runs = Runs::default();
         for r in 0..RUNS {
-            let result = estimator(self, r).forward(self.scene, self.change, false, &silent())?;
+            let result = estimator(self, r).forward(self.scene, self.change, &silent())?;
             runs.totals.push(result.gradient.pixels.iter().zip(weights).map(|(g, w)| g.dot(*w)).sum());
             runs.largest.push(result.largest);
             let brightness = result.image.pixels.iter().map(|p| p.abs().element_sum());

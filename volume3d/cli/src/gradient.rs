@@ -9,7 +9,7 @@ use volume3d::Image;
 use volume3d::gradient::{self, FiniteDifference, Regions, Survey, Tangent};
 
 use super::budget::{Budget, Pilot, percent};
-use super::method::MethodOptions;
+use super::method::{MethodOptions, chosen};
 use super::missing::left_out;
 use super::movement::{Moves, change};
 use super::one_sided::one_sided;
@@ -35,7 +35,7 @@ use super::{contact, reverse};
 /// chose. --method warped-area is always the same field, and --spp its samples.
 ///
 /// With the same --seed, --spp and --method, forward and reverse are transposes of one another to rounding (edge
-/// sampling if all shapes of --wrt move, warped area without --adaptive; not what a pilot chooses for each). If a shape or the camera moves in a scene
+/// sampling if all shapes of --wrt move; not what a pilot chooses for each). If a shape or the camera moves in a scene
 /// that has an ideal mirror or a light without extent, that is refused, as no warp sees its jumps; --method
 /// finite-difference takes it, and so does --allow-missing, with which edge sampling leaves those jumps out and says so.
 ///
@@ -218,14 +218,19 @@ fn forward(options: &Options) -> anyhow::Result<Report> {
     let run = |samples, seed, what, seen: Option<&Survey>| {
         let start = Instant::now();
         let estimator = options.method.estimator(samples, seed, options.step);
-        let (estimator, chosen) =
-            estimator.chosen(|pilot| match seen.filter(|seen| seen.is_that_of(pilot)) {
+        let (estimator, words) =
+            chosen(estimator, |pilot| match seen.filter(|seen| seen.is_that_of(pilot)) {
                 Some(seen) => Ok(pilot.choice(seen)),
                 None => Ok(pilot.choice(&survey(pilot, &Clock::default())?)),
             })?;
-        let result = estimator.forward(scene, &change, terms, &Bar::new(0, what).progress())?;
+        let bar = Bar::new(0, what);
+        let result = if terms {
+            estimator.forward_terms(scene, &change, &bar.progress())?
+        } else {
+            estimator.forward(scene, &change, &bar.progress())?
+        };
         signals::stop_if_asked()?;
-        anyhow::Ok((result, start.elapsed().as_secs_f64(), chosen))
+        anyhow::Ok((result, start.elapsed().as_secs_f64(), words))
     };
     let seed = options.run.seed;
     let by_survey = if options.method.is_automatic() {

@@ -2,13 +2,10 @@
 
 use clap::error::ErrorKind;
 use clap::{Args, ValueEnum};
-use flatland::warp::{Adaptive, Debias, Warp};
-use volume3d::Image;
+use flatland::warp::{Debias, Warp};
 use volume3d::gradient::{
-    ActiveParameters, Candidate, Choice, EdgeSampling, Field, FiniteDifference, Gradient, GradientError,
-    GradientImage, ImplicitField, Pilot, Progress, Rotation, Tangent, WarpedArea,
+    Choice, EdgeSampling, Estimator, Field, FiniteDifference, GradientError, ImplicitField, Pilot, WarpedArea,
 };
-use volume3d::scene::Scene;
 
 use super::missing::Kind;
 use super::report::usage;
@@ -18,8 +15,8 @@ pub(super) struct MethodOptions {
     /// How the derivative is estimated [default: auto; edge with --allow-missing; warped-area with options that belong to it].
     #[arg(long, value_enum)]
     method: Option<Method>,
-    /// Warped area: what its field is made of [default: jump-mean; rays if --debias, --aux or
-    /// --adaptive is given]. Given, --method is warped-area.
+    /// Warped area: what its field is made of [default: jump-mean; rays if --debias or --aux is
+    /// given]. Given, --method is warped-area.
     #[arg(long, value_enum)]
     field: Option<FieldKind>,
     /// Warped area: what follows the silhouettes of implicit surfaces [default: vicini].
@@ -32,14 +29,10 @@ pub(super) struct MethodOptions {
     /// Warped area: what is done about the bias of the warp with finitely many auxiliary rays.
     #[arg(long, value_enum)]
     debias: Option<Bias>,
-    /// Warped area: auxiliary rays of an estimate of the warp, on the film and at every bounce: at least, or with --adaptive
-    /// and --debias none at most [default: 16; 4 with --debias roulette].
+    /// Warped area: auxiliary rays of an estimate of the warp, on the film and at every bounce; the least number unless
+    /// --debias is none [default: 16; 4 with --debias roulette].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
     aux: Option<u32>,
-    /// Warped area: more auxiliary rays where the first of them see a boundary near by, and few where they see one
-    /// smooth surface. With --debias none that adds to the bias; otherwise there is still none.
-    #[arg(long)]
-    adaptive: bool,
     /// Edge sampling: leaves out the motion of such jumps, which nothing follows, instead of refusing a scene that has
     /// them where geometry moves. The rest of the derivative is what it is without; what is left out is listed, and kept
     /// in the header of a gradient that is written as .exr.
@@ -104,16 +97,6 @@ const TAIL: f64 = 1.5;
 /// Rays without debiasing, where the bias is a few per cent of the boundary term.
 const RAYS_WITHOUT_DEBIASING: usize = 16;
 
-/// A method, ready to run.
-#[derive(Clone)]
-pub(super) enum Estimator {
-    Automatic(Pilot),
-    WarpedArea(WarpedArea),
-    EdgeSampling(EdgeSampling),
-    Rotation(Rotation),
-    FiniteDifference(FiniteDifference),
-}
-
 impl MethodOptions {
     /// A method as it is by default.
     pub(super) fn plain(method: Method) -> Self {
@@ -125,7 +108,6 @@ impl MethodOptions {
             nearest: None,
             debias: None,
             aux: None,
-            adaptive: false,
             allow_missing: vec![],
         }
     }
@@ -157,10 +139,10 @@ impl MethodOptions {
         let conflict = |text: &str| Err(usage(command, ErrorKind::ArgumentConflict, text.to_owned()));
         let rays = self.asks_for_rays();
         if self.method() != Method::WarpedArea && (rays || self.field.is_some()) {
-            return conflict("--field, --debias, --aux and --adaptive belong to --method warped-area");
+            return conflict("--field, --debias and --aux belong to --method warped-area");
         }
         if self.field.is_some_and(|field| field != FieldKind::Rays) && rays {
-            return conflict("--debias, --aux and --adaptive belong to --field rays");
+            return conflict("--debias and --aux belong to --field rays");
         }
         let implicit = self.asks_for_implicit_field();
         if implicit && (self.method() != Method::WarpedArea || self.field == Some(FieldKind::Rays) || rays) {
@@ -170,9 +152,6 @@ impl MethodOptions {
         }
         if self.nearest.is_some() && self.implicit_field != Some(ImplicitKind::Bangaru) {
             return conflict("--nearest belongs to --implicit-field bangaru");
-        }
-        if self.adaptive && self.debias == Some(Bias::Roulette) {
-            return conflict("--adaptive belongs to --debias multilevel or none");
         }
         if !self.allow_missing.is_empty() && self.method() != Method::Edge {
             return conflict(
@@ -186,32 +165,23 @@ impl MethodOptions {
     }
 
     pub(super) fn estimator(&self, samples: usize, seed: u64, step: Option<f64>) -> Estimator {
-        if self.is_finite_difference() {
-            let default = FiniteDifference::default();
-            let step = step.unwrap_or(default.step);
-            return Estimator::FiniteDifference(FiniteDifference { samples, step, seed });
+        match self.method() {
+            Method::FiniteDifference => {
+                let step = step.unwrap_or(FiniteDifference::default().step);
+                return Estimator::finite_difference(samples, step, seed);
+            }
+            Method::Automatic => return Estimator::auto(samples, seed),
+            Method::Rotation => return Estimator::rotation(samples, seed),
+            Method::Edge => {
+                let allow_missing = self.allow_missing.iter().map(|&kind| kind.into()).collect();
+                let Estimator::EdgeSampling(method) = Estimator::edge_sampling(samples, seed) else {
+                    unreachable!("its constructor")
+                };
+                return Estimator::EdgeSampling(EdgeSampling { allow_missing, ..method });
+            }
+            Method::WarpedArea | Method::Interior => {}
         }
-        if self.method() == Method::Automatic {
-            return Estimator::Automatic(Pilot { samples, seed });
-        }
-        if self.method() == Method::Edge {
-            // As many of each kind, as by default.
-            let (primary, secondary) = (samples, samples);
-            let allow_missing = self.allow_missing.iter().map(|&kind| kind.into()).collect();
-            return Estimator::EdgeSampling(EdgeSampling {
-                samples,
-                primary,
-                secondary,
-                bounces: secondary,
-                seed,
-                allow_missing,
-            });
-        }
-        if self.method() == Method::Rotation {
-            return Estimator::Rotation(Rotation { samples, seed, ..Rotation::default() });
-        }
-        let adaptive = self.adaptive.then(Adaptive::default);
-        let warp = Warp { debias: self.debias(), adaptive, ..WarpedArea::default().warp };
+        let warp = Warp { debias: self.debias(), ..WarpedArea::default().warp };
         let warps = self.method() != Method::Interior;
         let rays = self.field == Some(FieldKind::Rays) || self.asks_for_rays();
         let field = match self.field {
@@ -246,7 +216,7 @@ impl MethodOptions {
     }
 
     fn asks_for_rays(&self) -> bool {
-        self.debias.is_some() || self.aux.is_some() || self.adaptive
+        self.debias.is_some() || self.aux.is_some()
     }
 
     fn debias(&self) -> Debias {
@@ -264,98 +234,12 @@ impl MethodOptions {
     }
 }
 
-impl Estimator {
-    /// What a pilot makes of it, with words about that; itself if there is nothing to be chosen.
-    pub(super) fn chosen(
-        self,
-        choose: impl FnOnce(&Pilot) -> Result<Choice, GradientError>,
-    ) -> Result<(Self, String), GradientError> {
-        let Self::Automatic(pilot) = self else { return Ok((self, String::new())) };
-        let Choice { method, candidates, in_haste, is_lost } = choose(&pilot)?;
-        let mut text = String::new();
-        if in_haste {
-            text = format!(
-                "{method}: a pilot tried nothing, as listing all edges would take more than a quarter of the time\n"
-            );
-        }
-        if let [best, others @ ..] = &candidates[..] {
-            text = format!("a pilot chose {}", best.method);
-            for other in others.iter().filter(|other| other.expected_squared_error > 0.0) {
-                let times = best.expected_squared_error / other.expected_squared_error;
-                text += &format!("; its squared error should be {times:.2} times that of {}", other.method);
-                if let Some(reason) = other.reason {
-                    text += &format!(", {reason}");
-                }
-            }
-            let edges = |c: &Candidate| matches!(c.method, volume3d::gradient::Method::EdgeSampling(_));
-            if !candidates.iter().any(edges) {
-                text += "; edge sampling was no candidate: it is one where all materials are diffuse, few shapes emit and no surface is implicit";
-            }
-            if is_lost {
-                text += "; no trial found more than noise, so that this is a guess";
-            }
-            text.push('\n');
-        }
-        let chosen = match method {
-            volume3d::gradient::Method::WarpedArea(method) => Self::WarpedArea(method),
-            volume3d::gradient::Method::EdgeSampling(method) => Self::EdgeSampling(method),
-        };
-        Ok((chosen, text))
-    }
-
-    /// The same with another seed.
-    pub(super) fn reseeded(&self, seed: u64) -> Self {
-        match self.clone() {
-            Self::Automatic(method) => Self::Automatic(Pilot { seed, ..method }),
-            Self::WarpedArea(method) => Self::WarpedArea(WarpedArea { seed, ..method }),
-            Self::EdgeSampling(method) => Self::EdgeSampling(EdgeSampling { seed, ..method }),
-            Self::Rotation(method) => Self::Rotation(Rotation { seed, ..method }),
-            Self::FiniteDifference(method) => Self::FiniteDifference(FiniteDifference { seed, ..method }),
-        }
-    }
-
-    /// The derivative of every pixel, with its terms apart if they are asked for and there are any.
-    pub(super) fn forward(
-        &self,
-        scene: &Scene,
-        change: &Tangent,
-        terms: bool,
-        progress: &Progress,
-    ) -> Result<GradientImage, GradientError> {
-        match self {
-            Self::Automatic(pilot) => {
-                let (chosen, _) =
-                    Self::Automatic(*pilot).chosen(|p| p.for_change(scene, change, progress))?;
-                chosen.forward(scene, change, terms, progress)
-            }
-            Self::WarpedArea(method) if terms => method.forward_terms(scene, change, progress),
-            Self::WarpedArea(method) => method.forward(scene, change, progress),
-            Self::EdgeSampling(method) if terms => method.forward_terms(scene, change, progress),
-            Self::EdgeSampling(method) => method.forward(scene, change, progress),
-            Self::Rotation(method) if terms => method.forward_terms(scene, change, progress),
-            Self::Rotation(method) => method.forward(scene, change, progress),
-            Self::FiniteDifference(method) => method.forward(scene, change, progress),
-        }
-    }
-
-    /// The derivative of Σ adjoint · image by every active parameter.
-    pub(super) fn reverse(
-        &self,
-        scene: &Scene,
-        adjoint: &Image,
-        active: &ActiveParameters,
-        progress: &Progress,
-    ) -> Result<Gradient, GradientError> {
-        match self {
-            Self::Automatic(pilot) => {
-                let choose = |p: &Pilot| p.for_active(scene, Some(adjoint), active, progress);
-                let (chosen, _) = Self::Automatic(*pilot).chosen(choose)?;
-                chosen.reverse(scene, adjoint, active, progress)
-            }
-            Self::WarpedArea(method) => method.reverse(scene, adjoint, active, progress),
-            Self::EdgeSampling(method) => method.reverse(scene, adjoint, active, progress),
-            Self::Rotation(method) => method.reverse(scene, adjoint, active, progress),
-            Self::FiniteDifference(_) => Err(GradientError::NoReverse),
-        }
-    }
+/// The choice of a pilot, with a line that says what it chose and why; the estimator itself if it has no pilot.
+pub(super) fn chosen(
+    estimator: Estimator,
+    choose: impl FnOnce(&Pilot) -> Result<Choice, GradientError>,
+) -> Result<(Estimator, String), GradientError> {
+    let (estimator, choice) = estimator.chosen(choose)?;
+    let words = choice.map(|choice| choice.to_string()).unwrap_or_default();
+    Ok((estimator, if words.is_empty() { words } else { words + "\n" }))
 }

@@ -6,13 +6,13 @@ use std::time::Instant;
 use anyhow::{anyhow, bail};
 use glam::DVec3;
 use volume3d::Image;
-use volume3d::gradient::{Gradient, Tangent};
+use volume3d::gradient::{Estimator, Gradient, Tangent};
 use volume3d::io::{Precision, read_exr, read_npy, write_npy};
 use volume3d::optimize::Parameters;
 use volume3d::scene::Scene;
 
 use super::budget::{Budget, Pilot, percent};
-use super::method::{Estimator, MethodOptions};
+use super::method::{MethodOptions, chosen};
 use super::missing::left_out;
 use super::output::{Written, check_array, check_distinct};
 use super::parameter::{Name, arrays};
@@ -54,7 +54,7 @@ pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
 
     let choose = |samples, seed| {
         let estimator = request.method.estimator(samples, seed, None);
-        estimator.chosen(|p| p.for_active(scene, Some(&adjoint), &active, &Bar::new(0, "pilot").progress()))
+        chosen(estimator, |p| p.for_active(scene, Some(&adjoint), &active, &Bar::new(0, "pilot").progress()))
     };
     let run = |estimator: &Estimator, what| {
         let gradient = estimator.reverse(scene, &adjoint, &active, &Bar::new(0, what).progress())?;
@@ -71,7 +71,7 @@ pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
         let (estimator, _) = choose(samples, seed)?;
         let chosen = start.elapsed().as_secs_f64();
         let runs = (0..RUNS)
-            .map(|index| Ok(numbers(&run(&estimator.reseeded(seed ^ index), "pilot")?)))
+            .map(|index| Ok(numbers(&run(&estimator.with_seed(seed ^ index), "pilot")?)))
             .collect::<anyhow::Result<Vec<_>>>()?;
         let seconds = chosen + (start.elapsed().as_secs_f64() - chosen) / RUNS as f64;
         Ok(Pilot::of_runs(seconds, &runs))

@@ -2,19 +2,18 @@
 //!
 //! Inverse rendering finds the scene that a picture shows: guess a scene, render it, and descend the gradient
 //! of a loss L, a measure of the difference between the pictures. As L is one number and a scene has many
-//! parameters, the gradient is computed in reverse: from the adjoint image ∂L/∂I, [`WarpedArea::reverse`]
+//! parameters, the gradient is computed in reverse: from the adjoint image ∂L/∂I, [`Estimator::reverse`]
 //! computes ∂L/∂p for all parameters p at once, silhouettes and shadows included. In forward mode,
-//! [`WarpedArea::forward`] computes dI/dθ along one tangent as an image. [`optimize`](crate::optimize) has
+//! [`Estimator::forward`] computes dI/dθ along one tangent as an image. [`optimize`](crate::optimize) has
 //! named parameters, losses and optimisers; the [`guide`](crate::guide) is the introduction.
 //!
 //! ```no_run
-//! # use volume3d::{gradient::{Progress, WarpedArea, render}, optimize::{Loss, Parameters}, scene::Scene};
+//! # use volume3d::{gradient::{Estimator, Progress, render}, optimize::{Loss, Parameters}, scene::Scene};
 //! # fn f(scene: &Scene, target: &volume3d::Image) -> Result<(), Box<dyn std::error::Error>> {
 //! let parameters = Parameters::new(scene, &["bunny.translation", "clay.reflectance"])?;
 //! let image = render(scene, 64, 0, &Progress::none())?.image;
 //! let (loss, adjoint) = Loss::L2.of(&image, target)?;
-//! let method = WarpedArea { samples: 16, seed: 1, ..WarpedArea::default() };
-//! let gradient = method.reverse(scene, &adjoint, &parameters.active(scene), &Progress::none())?;
+//! let gradient = Estimator::auto(16, 1).reverse(scene, &adjoint, &parameters.active(scene), &Progress::none())?;
 //! let gradient = parameters.gradient(scene, &parameters.values(scene), &gradient.by_parameter);
 //! # Ok(())
 //! # }
@@ -58,6 +57,7 @@ mod displaced;
 mod driver;
 mod edge_sampling;
 mod error;
+mod estimator;
 mod film;
 mod film_accumulator;
 mod filter;
@@ -94,6 +94,7 @@ pub use allocation::Allocation;
 pub use contribution::{Contribution, Source};
 pub use edge_sampling::EdgeSampling;
 pub use error::GradientError;
+pub use estimator::Estimator;
 pub(crate) use film::FilmPlane;
 pub use finite_difference::FiniteDifference;
 pub use implicit::ImplicitTangent;

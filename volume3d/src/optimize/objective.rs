@@ -100,8 +100,8 @@ pub struct Objective {
     pub image_samples: usize,
 }
 
-/// How the gradient of Σ adjoint · image is estimated, with a seed: usually
-/// [`WarpedArea::reverse`](crate::gradient::WarpedArea::reverse).
+/// The derivative of Σ adjoint · image for a seed, usually by
+/// [`Estimator::reverse`](crate::gradient::Estimator::reverse).
 pub type Reverse<'a> =
     &'a dyn Fn(&Scene, &Image, &ActiveParameters, u64, &Progress) -> Result<Gradient, GradientError>;
 

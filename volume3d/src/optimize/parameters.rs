@@ -36,11 +36,11 @@ pub struct Group {
 /// rotation is never added to another.
 ///
 /// ```no_run
-/// # use volume3d::{gradient::{Progress, WarpedArea}, optimize::{Adam, Parameters}, scene::Scene};
+/// # use volume3d::{gradient::{Estimator, Progress}, optimize::{Adam, Parameters}, scene::Scene};
 /// # fn f(scene: &mut Scene, adjoint: &volume3d::Image) -> Result<(), Box<dyn std::error::Error>> {
 /// let parameters = Parameters::new(scene, &["bunny.translation", "bunny.rotation"])?;
 /// let mut x = parameters.values(scene);
-/// let gradient = WarpedArea::default().reverse(scene, adjoint, &parameters.active(scene), &Progress::none())?;
+/// let gradient = Estimator::default().reverse(scene, adjoint, &parameters.active(scene), &Progress::none())?;
 /// let gradient = parameters.gradient(scene, &x, &gradient.by_parameter);
 /// let step = Adam::new(0.01).step(&gradient);
 /// parameters.retract(&mut x, &step);

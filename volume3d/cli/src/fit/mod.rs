@@ -13,13 +13,12 @@ use std::time::{Duration, Instant};
 use anyhow::anyhow;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
-use volume3d::gradient::GradientError;
+use volume3d::gradient::{Estimator, GradientError};
 use volume3d::optimize::{Fit, FitError, ObjectiveError, Record, Times};
 use volume3d::scene::Scene;
 
 use self::folder::Folder;
 use self::problem::{Problem, reverse};
-use super::method::Estimator;
 use super::report::{Outcome, Report};
 use super::session::{Threads, lost, say, silent};
 use super::signals::{self, is_stop};

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, anyhow, bail};
 use volume3d::Image;
-use volume3d::gradient::{ActiveParameters, Gradient, GradientError, Pilot, Progress, Survey};
+use volume3d::gradient::{ActiveParameters, Estimator, Gradient, GradientError, Pilot, Progress, Survey};
 use volume3d::io::{read_bytes, read_text};
 use volume3d::optimize::{
     Adam, Fit, GridSteps, LargeSteps, MaskTerm, Objective, Optimizer, Parameters, Penalty, Plan, Quantity,
@@ -13,7 +13,7 @@ use volume3d::scene::Scene;
 use volume3d::sdf::{Baked, Grid, Guided};
 
 use super::super::contact;
-use super::super::method::{Estimator, Method, MethodOptions};
+use super::super::method::{self, Method, MethodOptions};
 use super::super::session::{Bar, Loaded, silent};
 use super::config::{Config, MasksConfig, ParameterConfig, RegularizerConfig, definitions, parse};
 use super::folder::Folder;
@@ -222,7 +222,7 @@ pub(super) fn reverse(
     estimator: Estimator,
 ) -> impl Fn(&Scene, &Image, &ActiveParameters, u64, &Progress) -> Result<Gradient, GradientError> {
     move |scene, adjoint, active, seed, progress| {
-        estimator.reseeded(seed).reverse(scene, adjoint, active, progress)
+        estimator.with_seed(seed).reverse(scene, adjoint, active, progress)
     }
 }
 
@@ -247,7 +247,7 @@ pub(super) fn chosen(config: &Config, fit: &Fit, scene: &mut Scene) -> anyhow::R
         surveys.push(pilot.survey(scene, None, &active, &silent())?);
         bar.step();
     }
-    Ok(estimator.chosen(|pilot| Ok(pilot.choice(&Survey::of_all(surveys))))?)
+    Ok(method::chosen(estimator, |pilot| Ok(pilot.choice(&Survey::of_all(surveys))))?)
 }
 
 /// Warnings of motions that have no derivative, or that nothing follows, as the scene is at first.

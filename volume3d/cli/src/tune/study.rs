@@ -230,7 +230,7 @@ impl Study<'_> {
             let start = Instant::now();
             let seed = stream(self.seed, &[address, &[run as u64]].concat()).next_u64();
             let estimator = setting.estimator(samples, seed);
-            let result = estimator.forward(self.scene, self.change, false, &silent())?;
+            let result = estimator.forward(self.scene, self.change, &silent())?;
             batch.seconds.push(start.elapsed().as_secs_f64());
             batch.heavy += usize::from(result.outlier().is_some());
             batch.non_finite += result.non_finite.len();

@@ -146,7 +146,6 @@ fn every_method() {
         "--debias none --aux 4",
         "--debias roulette",
         "--debias multilevel --aux 8",
-        "--adaptive",
         "--method interior",
         "--method edge",
         "--method rotation",

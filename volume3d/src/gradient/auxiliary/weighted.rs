@@ -55,16 +55,11 @@ impl Auxiliary<'_> {
         Some(DirectionWarp::Rays(stencil))
     }
 
-    /// The stencil of a bundle of rays and of the additional rays that it requests; `None` if none of the
-    /// first rays may see anything that moves.
-    ///
-    /// A ray that misses everything that moves requests no additional rays: nothing it sees changes velocity.
-    /// With adaptive rays, forward and reverse mode may therefore use different rays, as different things
-    /// move.
+    /// The stencil of a bundle of rays; `None` if none of them may see anything that moves.
     #[expect(clippy::too_many_arguments, reason = "as `follow`")]
     fn weighted<D: Domain>(
         &mut self,
-        mut bundle: Bundle<D>,
+        bundle: Bundle<D>,
         kappa: f64,
         origin: DVec3,
         from: Option<Surface>,
@@ -72,27 +67,15 @@ impl Auxiliary<'_> {
         ray: impl Fn(D::Vector) -> DVec3,
         sight: impl Fn(DVec3, Option<Hit>) -> (FollowedPoint, f64),
     ) -> Option<Stencil<D, FollowedPoint>> {
-        let mut seen: Vec<(FollowedPoint, f64)> = vec![];
-        let mut matters: Vec<bool> = vec![];
-        loop {
-            // Rays that have not been needed yet are traced with the next ones, if those are needed.
-            self.directions.clear();
-            self.directions.extend(bundle.points().skip(seen.len()).map(&ray));
-            let known = matters.len();
-            let fresh = &self.directions[known - seen.len()..];
-            matters.extend(fresh.iter().map(|&d| origin_moves || self.moving.may_be_hit(origin, d)));
-            if matters.contains(&true) {
-                self.rays += self.directions.len() as u64;
-                self.paths.scene.closest_bundle(origin, &self.directions, from, &mut self.hits);
-                seen.extend(self.directions.iter().zip(&self.hits).map(|(&d, &hit)| sight(d, hit)));
-            }
-            let distances =
-                (known..matters.len()).map(|i| if matters[i] { seen[i].1 } else { f64::INFINITY });
-            if !self.warp.grow(&mut bundle, kappa, distances, &mut self.rng) {
-                break;
-            }
+        self.directions.clear();
+        self.directions.extend(bundle.points().map(ray));
+        if !origin_moves && !self.directions.iter().any(|&d| self.moving.may_be_hit(origin, d)) {
+            return None;
         }
-        matters.contains(&true).then(|| self.warp.stencil_of(bundle, kappa, seen))
+        self.rays += self.directions.len() as u64;
+        self.paths.scene.closest_bundle(origin, &self.directions, from, &mut self.hits);
+        let seen = self.directions.iter().zip(&self.hits).map(|(&d, &hit)| sight(d, hit)).collect();
+        Some(self.warp.stencil_of(bundle, kappa, seen))
     }
 
     /// The warp at a film point u from rays around it. On the film, where the filter is hardly wider than the

@@ -157,10 +157,9 @@ impl WarpedArea {
     }
 
     /// Σ over pixels and channels of adjoint · dI/dθ, for every active parameter θ: the transpose of
-    /// [`forward`](Self::forward), with the same random numbers. Two exceptions: for a
+    /// [`forward`](Self::forward), with the same random numbers. One exception: for a
     /// [softened](Field::Softened) field the active shapes must be those that move, as these determine the
-    /// sampled curves; and with [adaptive](flatland::warp::Adaptive) auxiliary rays the motion determines
-    /// their number, so that the two are separate unbiased estimates.
+    /// sampled curves.
     ///
     /// # Errors
     /// [`GradientError`]: `Unsupported` if geometry is active in front of ideal mirrors or under lights

@@ -178,7 +178,10 @@ const IMAGES: &[Case] = &[
         assert!(alone > 0.4 && (alone - close).abs() < 1e-3, "{alone} {close}");
     }),
     ("ideal facets", || {
-        is_noted("<bsdf type='roughconductor'><float name='alpha' value='0'/></bsdf>", "of alpha 0 is the smooth");
+        is_noted(
+            "<bsdf type='roughconductor'><float name='alpha' value='0'/></bsdf>",
+            "of alpha 0 is the smooth",
+        );
     }),
     ("corners without coordinates", || {
         is_noted(&file("obj", "mixed.obj", ""), "corners of triangles have no texture coordinates");
