@@ -196,7 +196,7 @@ fn what_does_not_run_is_noticed() {
     assert!(fault(place.path(), "volume3d info scene.xml").is_none());
     assert!(fault(place.path(), "volume3d info scenes.xml").is_some());
     assert!(fault(place.path(), "volume3d paint scene.xml").is_some());
-    assert!(fault_of_installing("", "volume3d").is_none());
+    assert!(fault_of_installing("", "volume3d/cli").is_none());
     assert!(fault_of_installing("", "flatland").is_some());
     assert_eq!(blocks("a\n```sh\nb\nc\n```\n```text\nd\n```\n", "sh"), ["b\nc"]);
 }

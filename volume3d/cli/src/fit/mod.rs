@@ -41,7 +41,7 @@ use super::signals::{self, is_stop};
 ///   seed = 0                          # the default
 ///   define = { res = "64" }           # for $res in the scene
 ///   views_per_step = 4                # all, unless given
-///   pixels_per_view = 1024            # chosen anew in every step; all, unless given; not for the multiscale loss
+///   pixels_per_view = 1024            # chosen anew in every step; all, unless given
 ///   silhouettes = 2                   # only pixels so near to a silhouette count; all, unless given
 ///   background = [0, 0, 0]            # under transparent pictures; a constant sky, unless given
 ///   loss = { kind = "multiscale", levels = 5 }     # the default; or l1, l2, relative with epsilon
