@@ -59,8 +59,9 @@ impl EdgeSampling {
     /// The derivative of every pixel along a change.
     ///
     /// # Errors
-    /// [`GradientError`]: `Unsupported` where geometry moves before ideal mirrors or under lights without extent,
-    /// `Tangent` if the change is of another scene, `Samples` if there are none, and `Stopped`.
+    /// [`GradientError`]: `Unsupported` where geometry moves before ideal mirrors or under lights without
+    /// extent, or such a light does that casts shadows, `Tangent` if the change is of another scene,
+    /// `Samples` if there are none, and `Stopped`.
     pub fn forward(
         &self,
         scene: &Scene,
@@ -75,8 +76,9 @@ impl EdgeSampling {
     /// The same, with interior, primary and secondary term apart.
     ///
     /// # Errors
-    /// [`GradientError`]: `Unsupported` where geometry moves before ideal mirrors or under lights without extent,
-    /// `Tangent` if the change is of another scene, `Samples` if there are none, and `Stopped`.
+    /// [`GradientError`]: `Unsupported` where geometry moves before ideal mirrors or under lights without
+    /// extent, or such a light does that casts shadows, `Tangent` if the change is of another scene,
+    /// `Samples` if there are none, and `Stopped`.
     pub fn forward_terms(
         &self,
         scene: &Scene,
@@ -105,9 +107,9 @@ impl EdgeSampling {
     /// [`forward`](Self::forward), with the same random numbers if the active shapes are those that move.
     ///
     /// # Errors
-    /// [`GradientError`]: `Unsupported` where geometry is active before ideal mirrors or under lights without extent,
-    /// `Adjoint` if the adjoint has not the film's size, `Samples` if there are none, and
-    /// `Stopped`.
+    /// [`GradientError`]: `Unsupported` where geometry is active before ideal mirrors or under lights without
+    /// extent, or such a light does that casts shadows, `Adjoint` if the adjoint has not the film's size,
+    /// `Samples` if there are none, and `Stopped`.
     pub fn reverse(
         &self,
         scene: &Scene,

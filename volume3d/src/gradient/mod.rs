@@ -65,6 +65,7 @@ mod finite_difference;
 mod followed;
 mod forward;
 mod groups;
+mod hard_shadows;
 mod implicit;
 mod implicit_field;
 mod jump_mean;

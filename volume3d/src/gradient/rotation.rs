@@ -41,8 +41,9 @@ impl Rotation {
     /// The derivative of every pixel along a change.
     ///
     /// # Errors
-    /// [`GradientError`]: `Unsupported` where geometry moves before ideal mirrors or under lights without extent,
-    /// `Tangent` if the change is of another scene, `Samples` and `Warp` for parameters out of their range, and `Stopped`.
+    /// [`GradientError`]: `Unsupported` where geometry moves before ideal mirrors or under lights without
+    /// extent, or such a light does that casts shadows, `Tangent` if the change is of another scene,
+    /// `Samples` and `Warp` for parameters out of their range, and `Stopped`.
     pub fn forward(
         &self,
         scene: &Scene,
@@ -55,8 +56,9 @@ impl Rotation {
     /// The same, with interior, primary and secondary term apart.
     ///
     /// # Errors
-    /// [`GradientError`]: `Unsupported` where geometry moves before ideal mirrors or under lights without extent,
-    /// `Tangent` if the change is of another scene, `Samples` and `Warp` for parameters out of their range, and `Stopped`.
+    /// [`GradientError`]: `Unsupported` where geometry moves before ideal mirrors or under lights without
+    /// extent, or such a light does that casts shadows, `Tangent` if the change is of another scene,
+    /// `Samples` and `Warp` for parameters out of their range, and `Stopped`.
     pub fn forward_terms(
         &self,
         scene: &Scene,
@@ -69,9 +71,9 @@ impl Rotation {
     /// The transpose of [`forward`](Self::forward).
     ///
     /// # Errors
-    /// [`GradientError`]: `Unsupported` where geometry is active before ideal mirrors or under lights without extent,
-    /// `Adjoint` if the adjoint has not the film's size, `Samples` and `Warp` for parameters out of their range, and
-    /// `Stopped`.
+    /// [`GradientError`]: `Unsupported` where geometry is active before ideal mirrors or under lights without
+    /// extent, or such a light does that casts shadows, `Adjoint` if the adjoint has not the film's size,
+    /// `Samples` and `Warp` for parameters out of their range, and `Stopped`.
     pub fn reverse(
         &self,
         scene: &Scene,

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::hard_shadows::{beam_ends, casts_shadows};
 use super::tangent::{ActiveParameters, Tangent};
 use crate::scene::{Light, Scene, parts};
 
@@ -62,11 +63,19 @@ pub enum Unsupported {
         "the camera is orthographic, and has no field of view that could change; move or turn it, or change nothing of it"
     )]
     FieldOfView,
-    /// A light moves, or geometry before it, whose shadows have no width.
+    /// A light moves that casts shadows without width, or geometry does before such a light.
     #[error(
         "point light `{light}` casts shadows without a penumbra, whose motion no warp sees; put a small shape that emits in its place, or move nothing, or take finite differences, or edge sampling and allow missing point lights"
     )]
     Delta {
+        /// The light.
+        light: String,
+    },
+    /// A light moves whose beam ends abruptly.
+    #[error(
+        "the light of `{light}` ends abruptly, at the border of its slide or cone, whose motion no warp sees; make the slide black along its border, or beam_width less than cutoff_angle, or take finite differences, or edge sampling and allow missing point lights"
+    )]
+    Beam {
         /// The light.
         light: String,
     },
@@ -103,7 +112,7 @@ impl Unsupported {
             Self::Mirror { .. } => Some(Missing::Mirror),
             Self::Transmission { .. } => Some(Missing::Transmission),
             Self::Relief { .. } => Some(Missing::Relief),
-            Self::Delta { .. } => Some(Missing::PointLight),
+            Self::Delta { .. } | Self::Beam { .. } => Some(Missing::PointLight),
             Self::Parallel { .. } => Some(Missing::ParallelLight),
             Self::Implicit { .. } | Self::Medium { .. } | Self::FieldOfView => None,
         }
@@ -134,9 +143,9 @@ pub(super) fn left_out_of_tangent(
     allowed: &[Missing],
 ) -> Result<Vec<Unsupported>, Unsupported> {
     supports_field_of_view(scene, change)?;
-    let lights = scene.description().lights.iter().zip(&change.pose);
-    let turned = lights.filter(|(_, rate)| **rate != DVec3::ZERO).map(|(light, _)| light);
-    left_out(scene, change.is_geometric(), turned, allowed)
+    let still = |l: usize| change.pose[l] == DVec3::ZERO && change.light_rotation[l] == DVec3::ZERO;
+    let moved = (0..change.pose.len()).filter(|&l| !still(l));
+    left_out(scene, change.is_geometric(), moved, allowed)
 }
 
 /// The same of the parameters whose derivatives are asked for.
@@ -148,8 +157,8 @@ pub(super) fn left_out_of_active(
     active: &ActiveParameters,
     allowed: &[Missing],
 ) -> Result<Vec<Unsupported>, Unsupported> {
-    let turned = scene.description().lights.iter().filter(|_| active.poses);
-    left_out(scene, active.is_geometric(), turned, allowed)
+    let moved = (0..active.poses.len()).filter(|&l| active.poses[l]);
+    left_out(scene, active.is_geometric(), moved, allowed)
 }
 
 /// Refuses a change of a field of view where there is none.
@@ -174,14 +183,15 @@ pub(super) fn supports_meshes_only(scene: &Scene, method: &'static str) -> Resul
     }
 }
 
-fn left_out<'l>(
-    scene: &'l Scene,
+fn left_out(
+    scene: &Scene,
     geometric: bool,
-    turned: impl Iterator<Item = &'l Light>,
+    moved: impl Iterator<Item = usize>,
     allowed: &[Missing],
 ) -> Result<Vec<Unsupported>, Unsupported> {
     supports_no_media(scene)?;
-    let all = if geometric { jumps_unseen(scene) } else { turned.filter_map(casts_hard_shadows).collect() };
+    let all = if geometric { jumps_unseen(scene) } else { Vec::new() };
+    let all = if sees_no_reflection(scene) { all } else { with_lights(all, scene, moved) };
     let refused = all.iter().find(|jumps| jumps.missing().is_none_or(|kind| !allowed.contains(&kind)));
     refused.cloned().map_or(Ok(all), Err)
 }
@@ -189,8 +199,7 @@ fn left_out<'l>(
 /// All jumps that no method follows when geometry moves.
 fn jumps_unseen(scene: &Scene) -> Vec<Unsupported> {
     let d = scene.description();
-    if d.integrator.max_depth.is_some_and(|depth| depth < 2) {
-        // Emission alone is seen, and nothing is reflected, passed or lit.
+    if sees_no_reflection(scene) {
         return vec![];
     }
     let meshes = d.shapes.iter().map(|shape| (&shape.id, shape.material));
@@ -215,11 +224,30 @@ fn jumps_unseen(scene: &Scene) -> Vec<Unsupported> {
         });
         [transmission, mirror, relief].into_iter().flatten()
     });
-    surfaces.chain(d.lights.iter().filter_map(casts_hard_shadows)).collect()
+    surfaces.chain(d.lights.iter().filter_map(hard_shadows)).collect()
 }
 
-/// A light without extent.
-fn casts_hard_shadows(light: &Light) -> Option<Unsupported> {
+/// Whether emission alone is seen, and nothing is reflected, passed or lit.
+fn sees_no_reflection(scene: &Scene) -> bool {
+    scene.description().integrator.max_depth.is_some_and(|depth| depth < 2)
+}
+
+/// Adds the jumps that move with lights, if there are any.
+fn with_lights(
+    mut all: Vec<Unsupported>,
+    scene: &Scene,
+    moved: impl Iterator<Item = usize>,
+) -> Vec<Unsupported> {
+    for light in moved.map(|l| &scene.lights()[l]).filter(|light| light.is_delta()) {
+        let shadows = hard_shadows(light).filter(|shadows| !all.contains(shadows));
+        all.extend(shadows.filter(|_| casts_shadows(scene, light)));
+        all.extend(beam_ends(scene, light).then(|| Unsupported::Beam { light: light.id().clone() }));
+    }
+    all
+}
+
+/// The shadows of a light without extent.
+fn hard_shadows(light: &Light) -> Option<Unsupported> {
     light.is_delta().then(|| match light {
         Light::Directional { id, .. } => Unsupported::Parallel { light: id.clone() },
         light => Unsupported::Delta { light: light.id().clone() },

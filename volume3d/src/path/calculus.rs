@@ -156,6 +156,9 @@ pub(crate) trait Calculus {
     /// How a point light is shifted, or a directional one turned, in numbers of value 0; nothing if it stands still.
     fn pose(&self, light: usize) -> Option<Vec3<Self::Number>>;
 
+    /// How a spot or projector is turned about its place, in numbers of value 0; nothing if it stands still.
+    fn light_turn(&self, light: usize) -> Option<Vec3<Self::Number>>;
+
     /// The radiance of a constant environment, with its value at hand.
     fn environment(&self, value: DVec3) -> Rgb<Self::Number>;
 

@@ -82,7 +82,8 @@ impl Paths<'_> {
         (reflect(shading, &warped, weight), emitted)
     }
 
-    /// Light from a point, or from one direction. Nothing is warped, and nothing may move that casts a shadow.
+    /// Light from a point, or from one direction. Nothing is warped: whoever moves it before something that
+    /// it has cast a shadow lets the shadow stand still.
     fn delta_light<C: Calculus>(
         &self,
         calculus: &C,
@@ -106,7 +107,7 @@ impl Paths<'_> {
                 let falloff = C::Number::constant(1.0) / way.dot(way);
                 let way = way.normalized();
                 shading.evaluate(way)
-                    * profile(self.scene, calculus, light, -way)
+                    * profile(self.scene, calculus, (index, light), -way)
                     * calculus.intensity(index, light.power())
                     * (falloff * weight)
             }

@@ -127,9 +127,10 @@ impl WarpedArea {
     /// The derivative of every pixel along a change.
     ///
     /// # Errors
-    /// [`GradientError`]: `Unsupported` where geometry moves before ideal mirrors or under lights without extent,
-    /// `Tangent` if the change is of another scene, `Samples`, `Reach`, `Softness`, `ImplicitField`,
-    /// `Allocation` and `Warp` for parameters out of their range, and `Stopped`.
+    /// [`GradientError`]: `Unsupported` where geometry moves before ideal mirrors or under lights without
+    /// extent, or such a light does that casts shadows, `Tangent` if the change is of another scene,
+    /// `Samples`, `Reach`, `Softness`, `ImplicitField`, `Allocation` and `Warp` for parameters out of their
+    /// range, and `Stopped`.
     pub fn forward(
         &self,
         scene: &Scene,
@@ -143,9 +144,10 @@ impl WarpedArea {
     /// secondary, that which the film's warp makes of it included: the sum is what it is, and the primary term lacks as much.
     ///
     /// # Errors
-    /// [`GradientError`]: `Unsupported` where geometry moves before ideal mirrors or under lights without extent,
-    /// `Tangent` if the change is of another scene, `Samples`, `Reach`, `Softness`, `ImplicitField`,
-    /// `Allocation` and `Warp` for parameters out of their range, and `Stopped`.
+    /// [`GradientError`]: `Unsupported` where geometry moves before ideal mirrors or under lights without
+    /// extent, or such a light does that casts shadows, `Tangent` if the change is of another scene,
+    /// `Samples`, `Reach`, `Softness`, `ImplicitField`, `Allocation` and `Warp` for parameters out of their
+    /// range, and `Stopped`.
     pub fn forward_terms(
         &self,
         scene: &Scene,
@@ -162,9 +164,10 @@ impl WarpedArea {
     /// themselves.)
     ///
     /// # Errors
-    /// [`GradientError`]: `Unsupported` where geometry is active before ideal mirrors or under lights without extent,
-    /// `Adjoint` if the adjoint has not the film's size, `Samples`, `Reach`, `Softness`, `ImplicitField`, `Allocation` and `Warp` for parameters out
-    /// of their range, and `Stopped`.
+    /// [`GradientError`]: `Unsupported` where geometry is active before ideal mirrors or under lights without
+    /// extent, or such a light does that casts shadows, `Adjoint` if the adjoint has not the film's size,
+    /// `Samples`, `Reach`, `Softness`, `ImplicitField`, `Allocation` and `Warp` for parameters out of their
+    /// range, and `Stopped`.
     pub fn reverse(
         &self,
         scene: &Scene,
