@@ -80,6 +80,7 @@ mod progress;
 mod regions;
 mod result;
 mod reverse;
+mod rigid;
 mod rigid_motion;
 mod rotation;
 mod rows;

@@ -13,7 +13,7 @@ use super::journal::Journal;
 use super::object::Ids;
 use super::values;
 use crate::io::{Error, SceneProblem};
-use crate::scene::{Environment, ImplicitShape, Light, Material, Medium, Shape, Texture};
+use crate::scene::{Alias, Environment, ImplicitShape, Instances, Light, Material, Medium, Shape, Texture};
 
 /// What has been read so far. Materials and textures may be shared: they are found again by their element.
 pub(super) struct Reader<'a> {
@@ -38,6 +38,10 @@ pub(super) struct Reader<'a> {
     pub(super) implicits: Vec<ImplicitShape>,
     pub(super) lights: Vec<Light>,
     pub(super) environment: Option<Environment>,
+    /// Shapes that were copied as one.
+    pub(super) instances: Vec<Instances>,
+    /// Names of what is within materials.
+    pub(super) aliases: Vec<Alias>,
     /// Whether the integrator would see media.
     pub(super) sees_media: bool,
     /// The elements with an attribute within.
@@ -71,6 +75,8 @@ impl<'a> Reader<'a> {
             implicits: vec![],
             lights: vec![],
             environment: None,
+            instances: vec![],
+            aliases: vec![],
             sees_media: false,
             asking: HashSet::new(),
             attributes: None,
@@ -125,6 +131,7 @@ impl<'a> Reader<'a> {
         for name in self.materials.drain(materials..).map(|material| material.id) {
             self.names.remove(&name);
         }
+        self.aliases.retain(|alias| alias.material < materials);
         for name in self.textures.drain(textures..).map(|texture| texture.id) {
             self.names.remove(&name);
         }

@@ -10,6 +10,7 @@ mod fuzz;
 mod image;
 mod materials;
 mod media;
+mod names;
 mod network;
 mod npy;
 mod obj;
