@@ -1,7 +1,7 @@
 //! Steps of finite differences that suit a scene and a change.
 
 use glam::DVec3;
-use volume3d::gradient::{CameraTangent, Tangent};
+use volume3d::gradient::{CameraTangent, ImplicitTangent, Tangent};
 use volume3d::scene::Scene;
 
 /// Fractions of the scene's size, of a radian, or of a unit of radiance, intensity, reflectance or roughness, by which the fastest
@@ -13,14 +13,30 @@ pub(super) fn steps(scene: &Scene, change: &Tangent) -> Vec<f64> {
     let fastest = |rates: &[DVec3]| rates.iter().map(|r| r.length()).fold(0.0, f64::max);
     let size = size(scene);
     let CameraTangent { translation, rotation, field_of_view } = change.camera;
+    let d = scene.description();
+    let of_lights = |is_point: bool| {
+        let rates = d.lights.iter().zip(&change.pose).filter(|(l, _)| l.position().is_some() == is_point);
+        fastest(&rates.map(|(_, rate)| *rate).collect::<Vec<_>>())
+    };
+    let texels = change.texels.iter().map(|rates| fastest(rates)).fold(0.0, f64::max);
+    let implicits = |rate: fn(&ImplicitTangent) -> DVec3| {
+        change.implicits.iter().map(|rates| rate(rates).length()).fold(0.0, f64::max)
+    };
     let rates = [
         fastest(&change.positions) / size,
+        implicits(|rates| rates.translation) / size,
+        implicits(|rates| rates.rotation),
         translation.length() / size,
         rotation.length(),
         field_of_view.abs(),
         fastest(&change.reflectance),
         fastest(&change.radiance),
         fastest(&change.intensity),
+        texels,
+        of_lights(true) / size,
+        of_lights(false),
+        fastest(&change.light_rotation),
+        change.environment_rotation.length(),
         change.environment.length(),
         change.roughness.iter().fold(0.0, |a: f64, b| a.max(b.abs())),
     ];

@@ -36,7 +36,7 @@ use super::{contact, reverse};
 ///
 /// With the same --seed, --spp and --method, forward and reverse are transposes of one another to rounding (edge
 /// sampling if all shapes of --wrt move; not what a pilot chooses for each). If a shape or the camera moves in a scene
-/// that has an ideal mirror or a light without extent, that is refused, as no warp sees its jumps; --method
+/// that has an ideal mirror or a light without extent, or such a light moves that casts a shadow, that is refused, as no warp sees its jumps; --method
 /// finite-difference takes it, and so does --allow-missing, with which edge sampling leaves those jumps out and says so.
 ///
 /// A WARNING is printed where one sample carries 2% of the sum of |gradient| or more (of pixels, or in reverse of
@@ -54,21 +54,32 @@ pub(super) struct Options {
     /// Reverse mode: a parameter. May be repeated, and -o then names a folder.
     ///
     ///   SHAPE.vertex_positions   (vertices of its file, 3); see below
-    ///   SHAPE.translation        (3), of the shape as a whole
-    ///   SHAPE.rotation           (3), radians about the world's axes through the mean of its vertices
-    ///   SHAPE.scale              a number, about the mean of its vertices
+    ///   SHAPE.sdf                (its parameters), of an implicit surface
+    ///   THING.translation        (3), of all of it as a whole
+    ///   THING.rotation           (3), radians about the world's axes through the mean of its
+    ///                            vertices, or where a light or implicit surface stands
+    ///   THING.scale              a number, about the mean of its vertices
     ///   SHAPE.radiance           (3)
+    ///   SHAPE.radiance_texture   (height, width, 3), of what it emits
     ///   LIGHT.radiance           (3), of a constant environment
     ///   LIGHT.intensity          (3), of a point light
     ///   LIGHT.irradiance         (3), of a directional light
+    ///   LIGHT.texture            (height, width, 3), of an environment map, a spot or a projector
     ///   MATERIAL.reflectance     (3)
     ///   MATERIAL.roughness       a number
     ///   MATERIAL.texture         (height, width, 3), linear, over all who share it
+    ///   MATERIAL.roughness_texture, MATERIAL.metallic_texture
+    ///                            (height, width, 3), of which the luminance counts
     ///   camera.translation       (3), of its origin
     ///   camera.rotation          (3), radians about the world's axes through its origin, or the middle of an
     ///                            orthographic sensor
     ///   camera.fov               a number, per radian, horizontal; not of an orthographic sensor
     ///
+    /// THING is a shape; an implicit surface, a point light, a spot, a projector, a directional
+    /// light or an environment map, as far as it can move; an instance or a group of shapes;
+    /// `all`, which is all geometry; or `lights`, which is everything that emits.
+    /// One number of each vector or colour is a parameter, too: SHAPE.translation.x,
+    /// SHAPE.vertex_positions.y, SHAPE.radiance.r.
     /// Vertices of a file at one place move together. Each of them has the derivative by
     /// that place: the whole, not a share.
     #[arg(long = "wrt", value_name = "WHAT.PARAMETER", requires = "adjoint", verbatim_doc_comment)]
@@ -277,7 +288,7 @@ fn forward(options: &Options) -> anyhow::Result<Report> {
     text += &left_out(&result.left_out);
     let step = options.step.unwrap_or(FiniteDifference::default().step);
     text += &one_sided(result.one_sided.as_ref().map(|found| (step, found)));
-    if options.method.is_interior() && change.is_geometric() {
+    if options.method.is_interior() && (change.is_geometric() || change.moves_lights()) {
         text += INTERIOR;
     }
     if result.is_zero() && change != Tangent::still(scene) {

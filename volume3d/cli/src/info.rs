@@ -38,6 +38,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     camera(&mut text, &scene);
     shapes(&mut text, scene.description());
     implicits(&mut text, scene.description());
+    instances(&mut text, scene.description());
     materials(&mut text, scene.description());
     media(&mut text, scene.description());
     lights(&mut text, scene.description());
@@ -100,6 +101,19 @@ fn shapes(text: &mut String, d: &Description) {
     }
 }
 
+/// What moves as one.
+fn instances(text: &mut String, d: &Description) {
+    if !d.instances.is_empty() {
+        let _ = writeln!(text, "instances and groups, which move as one: {}", d.instances.len());
+    }
+    for instances in &d.instances {
+        let shapes = instances.shapes.iter().map(|&shape| &d.shapes[shape].id);
+        let implicits = instances.implicits.iter().map(|&implicit| &d.implicits[implicit].id);
+        let members: Vec<String> = shapes.chain(implicits).map(|id| format!("`{id}`")).collect();
+        let _ = writeln!(text, "  `{}`: {}", instances.id, members.join(", "));
+    }
+}
+
 /// Implicit surfaces, of what they are made, and how.
 fn implicits(text: &mut String, d: &Description) {
     if !d.implicits.is_empty() {
@@ -131,8 +145,15 @@ fn implicits(text: &mut String, d: &Description) {
 
 fn materials(text: &mut String, d: &Description) {
     let _ = writeln!(text, "materials: {}", d.materials.len());
-    for material in &d.materials {
+    for (index, material) in d.materials.iter().enumerate() {
         let model = material.bsdf.name();
+        let others: Vec<String> = d
+            .aliases
+            .iter()
+            .filter(|alias| alias.material == index)
+            .map(|alias| format!("`{}`", alias.id))
+            .collect();
+        let also = if others.is_empty() { String::new() } else { format!(", also {}", others.join(", ")) };
         let roughness =
             material.bsdf.roughness().map_or(String::new(), |alpha| format!(", roughness {alpha}"));
         let reflectance = match material.bsdf.reflectance() {
@@ -148,7 +169,11 @@ fn materials(text: &mut String, d: &Description) {
         };
         let mixed = other("mixed with", material.blend.map(|blend| blend.other));
         let back = other("on its back", material.back);
-        let _ = writeln!(text, "  `{}`: {model}{roughness}, {reflectance}{sides}{mixed}{back}", material.id);
+        let _ = writeln!(
+            text,
+            "  `{}`: {model}{roughness}, {reflectance}{sides}{mixed}{back}{also}",
+            material.id
+        );
     }
 }
 

@@ -12,7 +12,7 @@ pub(super) enum Kind {
     Transmission,
     /// Where normals that a bump or normal map tilts turn away.
     Relief,
-    /// Shadows of points, spots and projectors.
+    /// Shadows of points, spots and projectors, and the borders of their beams.
     PointLight,
     /// Shadows of parallel light.
     ParallelLight,
@@ -48,6 +48,7 @@ pub(super) fn left_out(all: &[Unsupported]) -> String {
                 format!("where the map of material `{material}` of shape `{shape}` turns normals away")
             }
             Unsupported::Delta { light } => format!("the shadows of point light `{light}`"),
+            Unsupported::Beam { light } => format!("the border of the beam of `{light}`"),
             Unsupported::Parallel { light } => format!("the shadows of parallel light `{light}`"),
             other => other.to_string(),
         };

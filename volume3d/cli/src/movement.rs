@@ -3,35 +3,44 @@
 use std::fmt;
 use std::str::FromStr;
 
-use anyhow::bail;
+use anyhow::{anyhow, bail};
 use clap::Args;
 use glam::DVec3;
 use volume3d::gradient::Tangent;
 use volume3d::optimize::{ParameterError, Quantity};
-use volume3d::scene::Scene;
+use volume3d::scene::{Object, Scene};
 
 #[derive(Args, Debug)]
 pub(super) struct Moves {
     /// What moves, and how fast; several add up. The gradient is the derivative by the
     /// parameter θ that all of them have in common, at θ = 0.
     ///
-    ///   SHAPE:translate:x,y,z            by θ (x, y, z), in scene units
-    ///   SHAPE:rotate:px,py,pz:ax,ay,az   by θ |a| radians about the axis a through p
-    ///   SHAPE:scale:px,py,pz:s           x becomes p + (1 + θ s) (x − p)
+    ///   THING:translate:x,y,z            by θ (x, y, z), in scene units
+    ///   THING:rotate:px,py,pz:ax,ay,az   by θ |a| radians about the axis a through p
+    ///   THING:scale:px,py,pz:s           x becomes p + (1 + θ s) (x − p)
     ///   SHAPE:vertex:INDEX:x,y,z         one vertex of its file, from 0, by θ (x, y, z)
     ///   SHAPE:radiance:r,g,b             what it emits, by θ (r, g, b)
+    ///   SHAPE:radiance_texture:r,g,b     the texture of what it emits, all texels alike
     ///   LIGHT:radiance:r,g,b             that of a constant environment
     ///   LIGHT:intensity:r,g,b            of a point light
     ///   LIGHT:irradiance:r,g,b           of a directional light
+    ///   LIGHT:texture:r,g,b              of an environment map, a spot or a projector
     ///   MATERIAL:reflectance:r,g,b       its constant reflectance
+    ///   MATERIAL:texture:r,g,b           the texture of its reflectance
     ///   MATERIAL:roughness:rate          its alpha
+    ///   MATERIAL:roughness_texture:r,g,b
+    ///   MATERIAL:metallic_texture:r,g,b
     ///   camera:translate:x,y,z           its origin, in scene units
     ///   camera:rotate:ax,ay,az           by θ |a| radians about the axis a through its origin, or
     ///                                    the middle of an orthographic sensor
     ///   camera:fov:rate                  its horizontal field of view, radians; not orthographic
     ///
-    /// SHAPE, MATERIAL and LIGHT are ids of the scene, which `volume3d info` lists. Axes are in the
-    /// world, and turns right-handed. Vertices of a file at one place move together.
+    /// SHAPE, MATERIAL and LIGHT are ids of the scene, which `volume3d info` lists. THING is a
+    /// shape; an implicit surface, a point light, a spot, a projector, a directional light or an
+    /// environment map, as far as it can move; an instance or a group of shapes; `all`, which is
+    /// all geometry; or `lights`, which is everything that emits. Axes are in the world, and turns
+    /// right-handed. Vertices of a file at one place move together. One texel moves by
+    /// WHAT:texture:COLUMN,ROW:r,g,b, counted from 0 at the top left.
     #[arg(long = "move", value_name = "WHAT:HOW:RATE", verbatim_doc_comment, allow_hyphen_values = true)]
     pub(super) moves: Vec<Move>,
 }
@@ -60,29 +69,39 @@ enum How {
     },
     /// A radiance, an intensity, an irradiance or a reflectance.
     Colour(&'static str, DVec3),
+    /// All texels of a texture, or one, by column and row.
+    Texels {
+        kind: &'static str,
+        at: Option<[usize; 2]>,
+        rate: DVec3,
+    },
     Roughness(f64),
     CameraTranslate(DVec3),
     CameraRotate(DVec3),
     CameraFieldOfView(f64),
 }
 
-const SHAPE_FORMS: &str = "SHAPE:translate:x,y,z, SHAPE:rotate:px,py,pz:ax,ay,az, SHAPE:scale:px,py,pz:s, \
+const FORMS: &str = "THING:translate:x,y,z, THING:rotate:px,py,pz:ax,ay,az, THING:scale:px,py,pz:s, \
     SHAPE:vertex:INDEX:x,y,z, SHAPE:radiance:r,g,b, LIGHT:radiance:r,g,b, LIGHT:intensity:r,g,b, LIGHT:irradiance:r,g,b, \
-    MATERIAL:reflectance:r,g,b or MATERIAL:roughness:rate";
+    MATERIAL:reflectance:r,g,b, MATERIAL:roughness:rate, or WHAT:texture:r,g,b";
 const CAMERA_FORMS: &str = "camera:translate:x,y,z, camera:rotate:ax,ay,az or camera:fov:rate";
 
-/// The words for what happens.
-const HOW: [&str; 10] = [
-    "translate",
-    "rotate",
-    "scale",
-    "vertex",
-    "radiance",
-    "intensity",
-    "irradiance",
-    "reflectance",
-    "roughness",
-    "fov",
+/// Words for what happens, with the parameter that changes and the form of the rate.
+const HOW: [(&str, &str, &str); 14] = [
+    ("translate", "translation", "x,y,z"),
+    ("rotate", "rotation", "px,py,pz:ax,ay,az"),
+    ("scale", "scale", "px,py,pz:s"),
+    ("vertex", "vertex_positions", "INDEX:x,y,z"),
+    ("radiance", "radiance", "r,g,b"),
+    ("intensity", "intensity", "r,g,b"),
+    ("irradiance", "irradiance", "r,g,b"),
+    ("reflectance", "reflectance", "r,g,b"),
+    ("texture", "texture", "r,g,b"),
+    ("radiance_texture", "radiance_texture", "r,g,b"),
+    ("roughness_texture", "roughness_texture", "r,g,b"),
+    ("metallic_texture", "metallic_texture", "r,g,b"),
+    ("roughness", "roughness", "rate"),
+    ("fov", "fov", "rate"),
 ];
 
 impl FromStr for Move {
@@ -91,8 +110,9 @@ impl FromStr for Move {
     fn from_str(text: &str) -> Result<Self, String> {
         let parts: Vec<&str> = text.split(':').collect();
         // An id may have colons in it: it ends before the first word that tells what happens.
-        let at = (1..parts.len()).find(|&i| HOW.contains(&parts[i]));
-        let Some(at) = at else { return Err(format!("expected {SHAPE_FORMS}; or {CAMERA_FORMS}")) };
+        let word = |i: usize| HOW.iter().map(|(word, ..)| *word).find(|word| *word == parts[i]);
+        let at = (1..parts.len()).find_map(|i| Some((i, word(i)?)));
+        let Some((at, word)) = at else { return Err(format!("expected {FORMS}; or {CAMERA_FORMS}")) };
         let what = parts[..at].join(":");
         let how = if what == "camera" {
             match parts[at..] {
@@ -110,12 +130,16 @@ impl FromStr for Move {
                     let index = index.parse().map_err(|_| format!("`{index}` is not a vertex's index"))?;
                     How::Vertex { index, velocity: vector(v)? }
                 }
-                ["radiance", v] => How::Colour("radiance", vector(v)?),
-                ["intensity", v] => How::Colour("intensity", vector(v)?),
-                ["irradiance", v] => How::Colour("irradiance", vector(v)?),
-                ["reflectance", v] => How::Colour("reflectance", vector(v)?),
+                ["radiance" | "intensity" | "irradiance" | "reflectance", v] => How::Colour(word, vector(v)?),
                 ["roughness", rate] => How::Roughness(number(rate)?),
-                _ => return Err(format!("expected {SHAPE_FORMS}")),
+                ["fov", ..] => return Err(format!("expected {FORMS}")),
+                [kind, v] if kind.ends_with("texture") => {
+                    How::Texels { kind: word, at: None, rate: vector(v)? }
+                }
+                [kind, at, v] if kind.ends_with("texture") => {
+                    How::Texels { kind: word, at: Some(texel(at)?), rate: vector(v)? }
+                }
+                _ => return Err(format!("expected {FORMS}")),
             }
         };
         Ok(Self { what, how })
@@ -133,6 +157,10 @@ impl fmt::Display for Move {
             How::Scale { centre, rate } => format!("scale:{}:{rate}", vector(centre)),
             How::Vertex { index, velocity } => format!("vertex:{index}:{}", vector(velocity)),
             How::Colour(kind, rate) => format!("{kind}:{}", vector(rate)),
+            How::Texels { kind, at: None, rate } => format!("{kind}:{}", vector(rate)),
+            How::Texels { kind, at: Some([column, row]), rate } => {
+                format!("{kind}:{column},{row}:{}", vector(rate))
+            }
             How::Roughness(rate) => format!("roughness:{rate}"),
             How::CameraFieldOfView(rate) => format!("fov:{rate}"),
         };
@@ -153,6 +181,14 @@ fn vector(text: &str) -> Result<DVec3, String> {
     }
 }
 
+fn texel(text: &str) -> Result<[usize; 2], String> {
+    let numbers: Option<Vec<usize>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some([column, row]) => Ok([*column, *row]),
+        _ => Err(format!("`{text}` is not a texel's column and row with a comma between")),
+    }
+}
+
 /// The sum of all motions.
 pub(super) fn change(scene: &Scene, moves: &[Move]) -> anyhow::Result<Tangent> {
     let mut change = Tangent::still(scene);
@@ -161,59 +197,108 @@ pub(super) fn change(scene: &Scene, moves: &[Move]) -> anyhow::Result<Tangent> {
 }
 
 impl Move {
-    fn quantity(&self, scene: &Scene, kind: &str) -> Result<Quantity, ParameterError> {
-        Quantity::find(scene, &format!("{}.{kind}", self.what))
+    /// What has a name and a parameter of a kind.
+    fn quantities(&self, scene: &Scene, kind: &str) -> anyhow::Result<Vec<Quantity>> {
+        let found = Quantity::find_all(scene, &format!("{}.{kind}", self.what));
+        let found = found.map_err(|error| self.in_words(scene, &error))?;
+        Ok(found.into_iter().map(|member| member.quantity).collect())
+    }
+
+    /// The error, and what can be done with whatever has the name.
+    fn in_words(&self, scene: &Scene, error: &ParameterError) -> anyhow::Error {
+        let kinds = scene.named(&self.what).into_iter().flat_map(|object| Quantity::of(scene, object));
+        let forms = kinds.filter_map(|(kind, _)| HOW.iter().find(|(_, parameter, _)| *parameter == kind));
+        let forms: Vec<String> =
+            forms.map(|(word, _, rate)| format!("`{}:{word}:{rate}`", self.what)).collect();
+        match error {
+            ParameterError::Lacks { .. } if !forms.is_empty() => {
+                anyhow!("{error}; --move {} takes {}", self.what, forms.join(", "))
+            }
+            _ => anyhow!("{error}"),
+        }
+    }
+
+    /// What moves as a whole, by parameters of which it must have one.
+    fn objects(&self, scene: &Scene, kinds: &[&str]) -> anyhow::Result<Vec<Object>> {
+        let has = |object: &Object| Quantity::of(scene, *object).iter().any(|(kind, _)| kinds.contains(kind));
+        let found: Vec<Object> = scene.named(&self.what).into_iter().filter(has).collect();
+        if found.is_empty() {
+            self.quantities(scene, kinds[0])?;
+        }
+        Ok(found)
     }
 
     fn add_to(&self, scene: &Scene, change: &mut Tangent) -> anyhow::Result<()> {
-        let shape = || scene.find_shape(&self.what);
-        let moves = matches!(
-            self.how,
-            How::Translate(_) | How::Rotate { .. } | How::Scale { .. } | How::Vertex { .. }
-        );
-        if let Some(implicit) = scene.implicit(&self.what).filter(|_| moves) {
-            return self.add_to_implicit(scene, implicit, change);
-        }
         match self.how {
-            How::Translate(velocity) => change.translate(scene, shape()?, velocity),
-            How::Rotate { centre, axis } => change.rotate(scene, shape()?, centre, axis),
-            How::Scale { centre, rate } => change.scale(scene, shape()?, centre, rate),
-            How::Vertex { index, velocity } => {
-                let shape = shape()?;
-                let sources = scene.description().shapes[shape].mesh.sources();
-                let Some(&position) = sources.get(index) else {
-                    let count = sources.len();
-                    bail!("`{}` has no vertex {index}: its {count} vertices count from 0", self.what);
-                };
-                change.positions_of_mut(scene, shape)[position as usize] += velocity;
+            How::Translate(velocity) => {
+                for object in self.objects(scene, &["translation"])? {
+                    change.translate_object(scene, object, velocity);
+                }
             }
-            How::Colour(kind, rate) => match self.quantity(scene, kind)? {
-                Quantity::Radiance { shape } => change.radiance[shape] += rate,
-                Quantity::EnvironmentRadiance => change.environment += rate,
-                Quantity::Intensity { light } => change.intensity[light] += rate,
-                Quantity::Reflectance { material } => change.reflectance[material] += rate,
-                other => bail!("{other:?} is no colour"),
-            },
-            How::Roughness(rate) => match self.quantity(scene, "roughness")? {
-                Quantity::Roughness { material } => change.roughness[material] += rate,
-                other => bail!("{other:?} is no roughness"),
-            },
+            How::Rotate { centre, axis } => {
+                // What has a place alone goes round the axis.
+                for object in self.objects(scene, &["rotation", "translation"])? {
+                    change.rotate_object(scene, object, centre, axis);
+                }
+            }
+            How::Scale { centre, rate } => {
+                for object in self.objects(scene, &["scale"])? {
+                    change.scale_object(scene, object, centre, rate);
+                }
+            }
+            How::Vertex { index, velocity } => {
+                for quantity in self.quantities(scene, "vertex_positions")? {
+                    let Quantity::VertexPositions { shape } = quantity else { continue };
+                    let sources = scene.description().shapes[shape].mesh.sources();
+                    let Some(&position) = sources.get(index) else {
+                        let count = sources.len();
+                        bail!("`{}` has no vertex {index}: its {count} vertices count from 0", self.what);
+                    };
+                    change.positions_of_mut(scene, shape)[position as usize] += velocity;
+                }
+            }
+            How::Colour(kind, rate) => {
+                for quantity in self.quantities(scene, kind)? {
+                    match quantity {
+                        Quantity::Radiance { shape } => change.radiance[shape] += rate,
+                        Quantity::EnvironmentRadiance => change.environment += rate,
+                        Quantity::Intensity { light } => change.intensity[light] += rate,
+                        Quantity::Reflectance { material } => change.reflectance[material] += rate,
+                        other => bail!("{other:?} is no colour"),
+                    }
+                }
+            }
+            How::Texels { kind, at, rate } => {
+                for quantity in self.quantities(scene, kind)? {
+                    let Quantity::Texture { texture, .. } = quantity else { continue };
+                    let image = &scene.description().textures[texture];
+                    match at {
+                        None => change.texels[texture].iter_mut().for_each(|texel| *texel += rate),
+                        Some([column, row]) if column < image.width && row < image.height => {
+                            change.texels[texture][row * image.width + column] += rate;
+                        }
+                        Some([column, row]) => bail!(
+                            "`{}.{kind}` has no texel in column {column}, row {row}: it is {} × {}, counted from 0",
+                            self.what,
+                            image.width,
+                            image.height
+                        ),
+                    }
+                }
+            }
+            How::Roughness(rate) => {
+                for quantity in self.quantities(scene, "roughness")? {
+                    if let Quantity::Roughness { material } = quantity {
+                        change.roughness[material] += rate;
+                    }
+                }
+            }
             How::CameraTranslate(velocity) => change.camera.translation += velocity,
             How::CameraRotate(axis) => change.camera.rotation += axis,
             How::CameraFieldOfView(rate) => {
-                Quantity::find(scene, "camera.fov")?;
+                self.quantities(scene, "fov")?;
                 change.camera.field_of_view += rate;
             }
-        }
-        Ok(())
-    }
-
-    fn add_to_implicit(&self, scene: &Scene, index: usize, change: &mut Tangent) -> anyhow::Result<()> {
-        let (shape, rates) = (&scene.description().implicits[index], &mut change.implicits[index]);
-        match self.how {
-            How::Translate(velocity) => rates.translation += velocity,
-            How::Rotate { centre, axis } => rates.rotate(shape, centre, axis),
-            _ => bail!("`{}` is an implicit surface, which can be translated and rotated only", self.what),
         }
         Ok(())
     }
@@ -246,6 +331,8 @@ mod tests {
             "a:scale:1,2,3:-0.1",
             "a:vertex:7:1,-2,0.5",
             "a:irradiance:1,2,3",
+            "a:texture:1,2,3",
+            "a:roughness_texture:4,0:1,2,3",
             "a:roughness:0.1",
             "camera:translate:1,-2,0.5",
             "camera:rotate:1,-2,0.5",
@@ -270,6 +357,9 @@ mod tests {
             "camera:scale:0,0,0:1",
             "a:fov:1",
             "a:rotate:1,2,3",
+            "a:texture:1",
+            "a:texture:1,2:3",
+            "a:texture:1,-2:1,2,3",
         ];
         for text in bad {
             assert!(parse(text).is_err(), "{text}");

@@ -30,9 +30,10 @@ impl Name {
     /// A file's name for it: what is neither letter nor digit becomes `_`, so that an id cannot lead out of a folder.
     pub(super) fn file_name(&self) -> String {
         let plain = |c: char| if c.is_alphanumeric() || c == '-' { c } else { '_' };
-        let (what, kind) = self.0.rsplit_once('.').unwrap_or(("", &self.0));
+        let what = Quantity::split_name(&self.0).map_or(&*self.0, |name| name.what);
+        let (what, kind) = self.0.split_at(what.len());
         let what: String = what.chars().map(plain).collect();
-        format!("{what}.{kind}.npy")
+        format!("{what}{kind}.npy")
     }
 }
 
@@ -43,13 +44,14 @@ pub(super) fn arrays(parameters: &Parameters, scene: &Scene, gradient: &Tangent)
     let groups = parameters.groups().iter();
     groups
         .map(|group| {
-            let (mut shape, own) = (group.quantity.dimensions(scene), &whole[group.range.clone()]);
+            let (mut shape, own) = (group.first().dimensions(scene), &whole[group.range.clone()]);
             let values = match group.quantity {
                 Quantity::VertexPositions { shape: s } => {
-                    let (places, _) = own.as_chunks::<3>();
+                    let width = if group.component.is_some() { 1 } else { 3 };
+                    let places: Vec<&[f64]> = own.chunks_exact(width).collect();
                     let sources = scene.description().shapes[s].mesh.sources();
                     shape[0] = sources.len();
-                    sources.iter().flat_map(|&i| places[i as usize]).collect()
+                    sources.iter().flat_map(|&i| places[i as usize]).copied().collect()
                 }
                 _ => own.to_vec(),
             };

@@ -90,7 +90,7 @@ pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
     text += &located_samples(&gradient.non_finite);
     text += &lost(gradient.traces, samples * adjoint.width * adjoint.height);
     text += &left_out(&gradient.left_out);
-    if request.method.is_interior() && active.is_geometric() {
+    if request.method.is_interior() && (active.is_geometric() || active.moves_lights()) {
         text += INTERIOR;
     }
     let asked = adjoint.pixels.iter().any(|a| *a != DVec3::ZERO);

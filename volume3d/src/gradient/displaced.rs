@@ -44,9 +44,11 @@ impl Tangent {
         for (l, light) in d.lights.iter_mut().enumerate() {
             *light.power_mut() += step * self.intensity[l];
             match light {
-                Light::Point { position, .. }
-                | Light::Spot { position, .. }
-                | Light::Projector { position, .. } => *position += step * self.pose[l],
+                Light::Point { position, .. } => *position += step * self.pose[l],
+                Light::Spot { position, to_world, .. } | Light::Projector { position, to_world, .. } => {
+                    *position += step * self.pose[l];
+                    *to_world = DMat3::from_quat(turn(step * self.light_rotation[l])) * *to_world;
+                }
                 Light::Directional { direction, .. } => {
                     *direction = turn(step * self.pose[l]) * *direction;
                 }

@@ -178,6 +178,10 @@ impl<const N: usize> Calculus for Forward<'_, N> {
         turning(self.motion.change.pose[light])
     }
 
+    fn light_turn(&self, light: usize) -> Option<Vec3<Dual<N>>> {
+        turning(self.motion.change.light_rotation[light])
+    }
+
     fn environment(&self, value: DVec3) -> Rgb<Dual<N>> {
         moving_rgb(value, self.motion.change.environment)
     }

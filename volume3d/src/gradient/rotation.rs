@@ -43,7 +43,7 @@ impl Rotation {
     ///
     /// # Errors
     /// [`GradientError`]: `Unsupported` if geometry moves in front of ideal mirrors or under lights without
-    /// extent, `Tangent` if the tangent belongs to another scene, `Samples` and `Warp` for parameters out of
+    /// extent, or such a light moves that casts shadows, `Tangent` if the tangent belongs to another scene, `Samples` and `Warp` for parameters out of
     /// range, and `Stopped`.
     pub fn forward(
         &self,
@@ -71,7 +71,7 @@ impl Rotation {
     ///
     /// # Errors
     /// [`GradientError`]: `Unsupported` if geometry is active in front of ideal mirrors or under lights
-    /// without extent, `Adjoint` if the adjoint image differs from the film in size, `Samples` and `Warp` for
+    /// without extent, or such a light moves that casts shadows, `Adjoint` if the adjoint image differs from the film in size, `Samples` and `Warp` for
     /// parameters out of range, and `Stopped`.
     pub fn reverse(
         &self,

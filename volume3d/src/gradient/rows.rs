@@ -17,6 +17,7 @@ pub(crate) struct Rows {
     radiance: u32,
     intensity: u32,
     pose: u32,
+    light_rotation: u32,
     environment: u32,
     count: u32,
 }
@@ -38,6 +39,7 @@ impl Rows {
             radiance: run(d.shapes.len()),
             intensity: run(d.lights.len()),
             pose: run(d.lights.len()),
+            light_rotation: run(d.lights.len()),
             // Radiance and rotation of the environment; translation, rotation and field of view of the
             // camera.
             environment: run(5),
@@ -82,6 +84,10 @@ impl Rows {
         self.pose + light as u32
     }
 
+    pub(crate) fn light_rotation(&self, light: usize) -> u32 {
+        self.light_rotation + light as u32
+    }
+
     pub(crate) fn environment(&self) -> u32 {
         self.environment
     }
@@ -109,7 +115,8 @@ impl Rows {
             texels: self.texels.iter().zip(ends).map(|(&first, &end)| rows(first, end)).collect(),
             radiance: rows(self.radiance, self.intensity),
             intensity: rows(self.intensity, self.pose),
-            pose: rows(self.pose, self.environment),
+            pose: rows(self.pose, self.light_rotation),
+            light_rotation: rows(self.light_rotation, self.environment),
             environment: table[self.environment() as usize],
             environment_rotation: table[self.environment_turn() as usize],
             camera: CameraTangent { translation, rotation, field_of_view: zoom.x },

@@ -52,6 +52,8 @@ pub struct Tangent {
     pub intensity: Vec<DVec3>,
     /// Velocity of every point light's position; angular velocity of every directional light.
     pub pose: Vec<DVec3>,
+    /// Angular velocity of every spot and projector about its position; unused for other lights.
+    pub light_rotation: Vec<DVec3>,
     /// Rate of a constant environment's radiance.
     pub environment: DVec3,
     /// Angular velocity of an environment map.
@@ -75,6 +77,7 @@ impl Tangent {
             radiance: vec![DVec3::ZERO; d.shapes.len()],
             intensity: vec![DVec3::ZERO; d.lights.len()],
             pose: vec![DVec3::ZERO; d.lights.len()],
+            light_rotation: vec![DVec3::ZERO; d.lights.len()],
             environment: DVec3::ZERO,
             environment_rotation: DVec3::ZERO,
             camera: CameraTangent::default(),
@@ -134,6 +137,7 @@ impl Tangent {
             + sum(&self.radiance, &other.radiance)
             + sum(&self.intensity, &other.intensity)
             + sum(&self.pose, &other.pose)
+            + sum(&self.light_rotation, &other.light_rotation)
             + self.environment.dot(other.environment)
             + self.environment_rotation.dot(other.environment_rotation)
             + self.camera.translation.dot(other.camera.translation)
@@ -158,6 +162,7 @@ impl Tangent {
             && self.radiance.len() == still.radiance.len()
             && self.intensity.len() == still.intensity.len()
             && self.pose.len() == still.pose.len()
+            && self.light_rotation.len() == still.light_rotation.len()
     }
 
     /// Adds another tangent.
@@ -172,6 +177,7 @@ impl Tangent {
         sum(&mut self.radiance, &other.radiance);
         sum(&mut self.intensity, &other.intensity);
         sum(&mut self.pose, &other.pose);
+        sum(&mut self.light_rotation, &other.light_rotation);
         self.environment += other.environment;
         self.environment_rotation += other.environment_rotation;
         self.camera.translation += other.camera.translation;
@@ -202,8 +208,14 @@ impl Tangent {
             || self.texels.iter().any(|rates| any(rates))
             || any(&self.radiance)
             || any(&self.intensity)
-            || any(&self.pose)
+            || self.moves_lights()
             || any(&[self.environment, self.environment_rotation])
+    }
+
+    /// Whether any light without extent is translated or rotated, so that shadows without penumbra may move.
+    #[must_use]
+    pub fn moves_lights(&self) -> bool {
+        self.pose.iter().chain(&self.light_rotation).any(|rate| *rate != DVec3::ZERO)
     }
 
     /// Whether any position, normal or the camera changes, so that discontinuities may move.
@@ -226,8 +238,10 @@ pub struct ActiveParameters {
     pub materials: Vec<bool>,
     /// Whether the radiance of shapes and environment and the intensity of lights are active.
     pub lights: bool,
-    /// Whether poses of lights and environment are active.
-    pub poses: bool,
+    /// Whether the position and rotation of each light without extent are active.
+    pub poses: Vec<bool>,
+    /// Whether the rotation of the environment is active.
+    pub environment_rotation: bool,
     /// Whether the camera's position, rotation and field of view are active.
     pub camera: bool,
 }
@@ -242,7 +256,8 @@ impl ActiveParameters {
             implicits: vec![false; d.implicits.len()],
             materials: vec![false; d.materials.len()],
             lights: false,
-            poses: false,
+            poses: vec![false; d.lights.len()],
+            environment_rotation: false,
             camera: false,
         }
     }
@@ -256,9 +271,16 @@ impl ActiveParameters {
             implicits: vec![true; d.implicits.len()],
             materials: vec![true; d.materials.len()],
             lights: true,
-            poses: true,
+            poses: vec![true; d.lights.len()],
+            environment_rotation: true,
             camera: true,
         }
+    }
+
+    /// Whether any light without extent may be translated or rotated.
+    #[must_use]
+    pub fn moves_lights(&self) -> bool {
+        self.poses.contains(&true)
     }
 
     /// Whether any active parameter moves geometry or the camera.

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::hard_shadows::{beam_ends, casts_shadows};
 use super::tangent::{ActiveParameters, Tangent};
 use crate::scene::{Light, Scene, parts};
 
@@ -68,6 +69,14 @@ pub enum Unsupported {
         /// The light.
         light: String,
     },
+    /// A light with an abrupt beam border moves.
+    #[error(
+        "the light of `{light}` ends abruptly, at the border of its slide or cone, whose motion no warp sees; make the slide black along its border, or beam_width less than cutoff_angle, or take finite differences, or edge sampling and allow missing point lights"
+    )]
+    Beam {
+        /// The light.
+        light: String,
+    },
     /// A directional light moves, or geometry under it.
     #[error(
         "light `{light}` casts shadows without a penumbra, whose motion is not handled; give it a finite kappa, keep geometry static, or use finite differences, or edge sampling and allow missing parallel lights"
@@ -102,7 +111,7 @@ impl Unsupported {
             Self::Mirror { .. } => Some(Missing::Mirror),
             Self::Transmission { .. } => Some(Missing::Transmission),
             Self::Relief { .. } => Some(Missing::Relief),
-            Self::Delta { .. } => Some(Missing::PointLight),
+            Self::Delta { .. } | Self::Beam { .. } => Some(Missing::PointLight),
             Self::Parallel { .. } => Some(Missing::ParallelLight),
             Self::Implicit { .. } | Self::Medium { .. } | Self::FieldOfView => None,
         }
@@ -133,9 +142,9 @@ pub(super) fn left_out_of_tangent(
     allowed: &[Missing],
 ) -> Result<Vec<Unsupported>, Unsupported> {
     supports_field_of_view(scene, change)?;
-    let lights = scene.description().lights.iter().zip(&change.pose);
-    let turned = lights.filter(|(_, rate)| **rate != DVec3::ZERO).map(|(light, _)| light);
-    left_out(scene, change.is_geometric(), turned, allowed)
+    let still = |l: usize| change.pose[l] == DVec3::ZERO && change.light_rotation[l] == DVec3::ZERO;
+    let moved = (0..change.pose.len()).filter(|&l| !still(l));
+    left_out(scene, change.is_geometric(), moved, allowed)
 }
 
 /// Like [`left_out_of_tangent`], for active parameters.
@@ -147,8 +156,8 @@ pub(super) fn left_out_of_active(
     active: &ActiveParameters,
     allowed: &[Missing],
 ) -> Result<Vec<Unsupported>, Unsupported> {
-    let turned = scene.description().lights.iter().filter(|_| active.poses);
-    left_out(scene, active.is_geometric(), turned, allowed)
+    let moved = (0..active.poses.len()).filter(|&l| active.poses[l]);
+    left_out(scene, active.is_geometric(), moved, allowed)
 }
 
 /// Refuses a change of the field of view of a camera that has none.
@@ -173,14 +182,15 @@ pub(super) fn supports_meshes_only(scene: &Scene, method: &'static str) -> Resul
     }
 }
 
-fn left_out<'l>(
-    scene: &'l Scene,
+fn left_out(
+    scene: &Scene,
     geometric: bool,
-    turned: impl Iterator<Item = &'l Light>,
+    moved: impl Iterator<Item = usize>,
     allowed: &[Missing],
 ) -> Result<Vec<Unsupported>, Unsupported> {
     supports_no_media(scene)?;
-    let all = if geometric { jumps_unseen(scene) } else { turned.filter_map(casts_hard_shadows).collect() };
+    let all = if geometric { jumps_unseen(scene) } else { Vec::new() };
+    let all = if sees_no_reflection(scene) { all } else { with_lights(all, scene, moved) };
     let refused = all.iter().find(|jumps| jumps.missing().is_none_or(|kind| !allowed.contains(&kind)));
     refused.cloned().map_or(Ok(all), Err)
 }
@@ -188,8 +198,7 @@ fn left_out<'l>(
 /// All discontinuities that no method follows when geometry moves.
 fn jumps_unseen(scene: &Scene) -> Vec<Unsupported> {
     let d = scene.description();
-    if d.integrator.max_depth.is_some_and(|depth| depth < 2) {
-        // Only emission is visible: no reflection, transmission or illumination.
+    if sees_no_reflection(scene) {
         return vec![];
     }
     let meshes = d.shapes.iter().map(|shape| (&shape.id, shape.material));
@@ -214,11 +223,30 @@ fn jumps_unseen(scene: &Scene) -> Vec<Unsupported> {
         });
         [transmission, mirror, relief].into_iter().flatten()
     });
-    surfaces.chain(d.lights.iter().filter_map(casts_hard_shadows)).collect()
+    surfaces.chain(d.lights.iter().filter_map(hard_shadows)).collect()
+}
+
+/// Whether only emission is visible: no reflection, transmission or illumination.
+fn sees_no_reflection(scene: &Scene) -> bool {
+    scene.description().integrator.max_depth.is_some_and(|depth| depth < 2)
+}
+
+/// Adds the discontinuities that move with lights.
+fn with_lights(
+    mut all: Vec<Unsupported>,
+    scene: &Scene,
+    moved: impl Iterator<Item = usize>,
+) -> Vec<Unsupported> {
+    for light in moved.map(|l| &scene.lights()[l]).filter(|light| light.is_delta()) {
+        let shadows = hard_shadows(light).filter(|shadows| !all.contains(shadows));
+        all.extend(shadows.filter(|_| casts_shadows(scene, light)));
+        all.extend(beam_ends(scene, light).then(|| Unsupported::Beam { light: light.id().clone() }));
+    }
+    all
 }
 
 /// The error for a light without extent.
-fn casts_hard_shadows(light: &Light) -> Option<Unsupported> {
+fn hard_shadows(light: &Light) -> Option<Unsupported> {
     light.is_delta().then(|| match light {
         Light::Directional { id, .. } => Unsupported::Parallel { light: id.clone() },
         light => Unsupported::Delta { light: light.id().clone() },

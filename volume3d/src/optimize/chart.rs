@@ -3,7 +3,6 @@
 use glam::DVec3;
 
 use super::parameters::Parameters;
-use super::quantity::Quantity;
 
 /// Numbers y that say where parameters are relative to an origin x₀: x = [`retract`](Parameters::retract)(x₀, y).
 ///
@@ -56,7 +55,7 @@ impl<'p> Chart<'p> {
     pub fn gradient(&self, y: &[f64], gradient: &[f64]) -> Vec<f64> {
         assert_eq!([y.len(), gradient.len()], [self.origin.len(); 2], "one number for each parameter");
         let mut pulled = gradient.to_vec();
-        for group in self.parameters.groups().iter().filter(|g| turns(g.quantity)) {
+        for group in self.parameters.groups().iter().filter(|g| g.turns()) {
             let [y, g] = [y, gradient].map(|v| DVec3::from_slice(&v[group.range.clone()]));
             pulled[group.range.clone()].copy_from_slice(&left_jacobian_transposed(y, g).to_array());
         }
@@ -67,18 +66,13 @@ impl<'p> Chart<'p> {
     #[must_use]
     pub fn bounds(&self) -> Vec<[f64; 2]> {
         let of = |group: &super::Group| {
-            let (bounds, turns) = (group.bounds, turns(group.quantity));
+            let (bounds, turns) = (group.bounds, group.turns());
             let half = [-std::f64::consts::PI, std::f64::consts::PI];
             let relative = move |x: &f64| if turns { half } else { bounds.map(|b| b - x) };
             self.origin[group.range.clone()].iter().map(relative).collect::<Vec<_>>()
         };
         self.parameters.groups().iter().flat_map(of).collect()
     }
-}
-
-/// Whether a parameter is a rotation vector.
-fn turns(quantity: Quantity) -> bool {
-    matches!(quantity, Quantity::Rotation { .. } | Quantity::CameraRotation)
 }
 
 /// Jₗ(y)ᵀ g.

@@ -1,182 +1,138 @@
-//! One parameter of a scene, by name.
+//! One parameter of a scene: what it is of, its size and its bounds.
 
 use glam::DVec3;
 
 use crate::gradient::ActiveParameters;
-use crate::scene::{Emitter, NameError, Scene};
+use crate::scene::{Bsdf, Environment, Light, Material, Object, Reflectance, Scene, Value};
 
 /// What a parameter is of, and which part of a scene has it.
 ///
-/// Bounds are widened to include the values that a scene begins with. A shape called `camera` has no parameters: its name is the
-/// camera's.
+/// Bounds are widened to include the values that a scene begins with. A shape called `camera` has no
+/// parameters: its name is the camera's. One number of a vector or colour is a parameter as well:
+/// `bunny.translation.x`, `lamp.radiance.r`, `bunny.vertex_positions.y` (one a vertex).
 ///
 /// | name | values | default bounds |
 /// |---|---|---|
 /// | `SHAPE.vertex_positions` | 3 a vertex, scene units | none |
-/// | `SHAPE.translation` | 3, scene units, from where the shape was | none |
-/// | `SHAPE.rotation` | 3, a rotation vector in radians, about the moving centre | none |
-/// | `SHAPE.scale` | 1, about the moving centre | at least 10⁻³ |
+/// | `THING.translation` of a shape, an implicit surface, a point light, spot or projector, or a collection | 3, scene units, from where it was | none |
+/// | `THING.rotation` of the same, but for point lights, and of directional lights and environment maps | 3, a rotation vector in radians, about the moving centre | none |
+/// | `THING.scale` of a shape or a collection of shapes | 1, about the moving centre | at least 10⁻³ |
 /// | `SHAPE.sdf` of an implicit surface | its parameters: node values of a grid, weights of a network | none |
-/// | `SHAPE.translation` of an implicit surface | 3, scene units, from where it stood | none |
-/// | `SHAPE.rotation` of an implicit surface | 3, a rotation vector in radians, about where it stands | none |
 /// | `SHAPE.radiance`, `LIGHT.radiance` of a constant environment | 3, linear RGB | at least 0 |
+/// | `SHAPE.radiance_texture` of a shape that emits | 3 a texel, by which the radiance is multiplied | at least 0 |
 /// | `LIGHT.intensity`, `LIGHT.irradiance` | 3, linear RGB | at least 0 |
+/// | `LIGHT.texture` of a spot, a projector or an environment map | 3 a texel, linear RGB | at least 0 |
 /// | `MATERIAL.reflectance` | 3, linear RGB: of what [`Bsdf::reflectance`](crate::scene::Bsdf::reflectance) says | 0 to 1 |
 /// | `MATERIAL.roughness` | 1, α, or of principled materials √α | 10⁻³ to 1 |
-/// | `MATERIAL.texture` | 3 a texel, linear RGB | 0 to 1 |
+/// | `MATERIAL.texture` | 3 a texel of the reflectance, linear RGB | 0 to 1 |
+/// | `MATERIAL.roughness_texture` | 3 a texel, of which the luminance counts | 10⁻³ to 1 |
+/// | `MATERIAL.metallic_texture` | 3 a texel, of which the luminance counts | 0 to 1 |
 /// | `camera.translation` | 3, scene units, from where it was | none |
 /// | `camera.rotation` | 3, a rotation vector in radians, about its origin, or the middle of an orthographic sensor | none |
 /// | `camera.fov` | 1, radians, horizontal, of a perspective camera | 0.01 to 3.1 |
+///
+/// A collection is `all`, which is all shapes and implicit surfaces; `lights`, which is everything that
+/// emits; or the name of an instance, or of a group of shapes with all its instances. Its centre is the mean
+/// of all its vertices, that of a shape the mean of its own, that of a light or implicit surface where it
+/// stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[expect(missing_docs, reason = "each is one row of the table, with the index of what has it")]
 pub enum Quantity {
     VertexPositions { shape: usize },
-    Translation { shape: usize },
-    Rotation { shape: usize },
-    Scale { shape: usize },
+    Translation { of: Object },
+    Rotation { of: Object },
+    Scale { of: Object },
     Sdf { implicit: usize },
-    ImplicitTranslation { implicit: usize },
-    ImplicitRotation { implicit: usize },
     Radiance { shape: usize },
     EnvironmentRadiance,
     Intensity { light: usize },
     Reflectance { material: usize },
     Roughness { material: usize },
-    Texture { material: usize, texture: usize },
+    Texture { texture: usize, of: TextureUse },
     CameraTranslation,
     CameraRotation,
     FieldOfView,
 }
 
-/// A name of no parameter.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum ParameterError {
-    /// It is not made of what has the parameter, a dot, and a kind of parameter.
-    #[error("`{name}` names no parameter; the nearest form is {nearest}, and all are: {}", FORMS.join(", "))]
-    Form {
-        /// The name.
-        name: String,
-        /// The form that is most alike.
-        nearest: &'static str,
-    },
-    /// The scene has nothing of that name with that parameter.
-    #[error("`{name}`: {source}")]
-    Name {
-        /// The name.
-        name: String,
-        /// What is wrong with it.
-        source: NameError,
-    },
-    /// Its texture is an attribute of a mesh with texels out of range.
-    #[error(
-        "`{name}` is made of an attribute of a mesh, with four texels a triangle, and a fourth one that no triangle shows is \
-         outside of 0 to 1; give the surface an image, whose texels can be fitted"
-    )]
-    Attribute {
-        /// The name.
-        name: String,
-    },
-    /// The field of view of an orthographic camera.
-    #[error("`{name}`: the camera is orthographic, and has no field of view")]
-    FieldOfView {
-        /// The name.
-        name: String,
-    },
-    /// A parameter is named twice, or two names are of one texture.
-    #[error("`{name}` is the same parameter as `{other}`")]
-    Twice {
-        /// The second name.
-        name: String,
-        /// The first.
-        other: String,
-    },
+/// What a texture is used for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[expect(missing_docs, reason = "each has the index of what looks it up")]
+pub enum TextureUse {
+    Reflectance { material: usize },
+    Roughness { material: usize },
+    Metallic { material: usize },
+    Radiance { shape: usize },
+    Beam { light: usize },
+    Environment,
 }
 
-/// How parameters are named.
-const FORMS: [&str; 15] = [
-    "SHAPE.vertex_positions",
-    "SHAPE.translation",
-    "SHAPE.rotation",
-    "SHAPE.scale",
-    "SHAPE.sdf",
-    "SHAPE.radiance",
-    "LIGHT.radiance",
-    "LIGHT.intensity",
-    "LIGHT.irradiance",
-    "MATERIAL.reflectance",
-    "MATERIAL.roughness",
-    "MATERIAL.texture",
-    "camera.translation",
-    "camera.rotation",
-    "camera.fov",
-];
+/// A parameter or one number of each of its vectors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Member {
+    /// What it is of.
+    pub quantity: Quantity,
+    /// Which number of each vector or colour, if not all three.
+    pub component: Option<usize>,
+}
 
 impl Quantity {
-    /// Splits the name of a parameter into what has it and which of its parameters it is, for any scene.
-    ///
-    /// # Errors
-    /// [`ParameterError::Form`] if it is no such name.
-    pub fn split_name(name: &str) -> Result<(&str, &str), ParameterError> {
-        let is_camera = |what: &str| what == "camera";
-        let (what, kind) = name.rsplit_once('.').unwrap_or(("", name));
-        let known = FORMS.map(|form| form.split_once('.').expect("forms have dots"));
-        if !what.is_empty() && known.iter().any(|&(of, k)| k == kind && is_camera(of) == is_camera(what)) {
-            return Ok((what, kind));
-        }
-        let distance = |i: &usize| {
-            let (of, k) = known[*i];
-            (strsim::osa_distance(kind, k), is_camera(of) != is_camera(what))
-        };
-        let nearest = (0..FORMS.len()).min_by_key(distance).expect("there are forms");
-        Err(ParameterError::Form { name: name.to_owned(), nearest: FORMS[nearest] })
-    }
-
-    /// Finds a parameter of a scene by its name.
-    ///
-    /// # Errors
-    /// A [`ParameterError`] that suggests what may have been meant.
-    pub fn find(scene: &Scene, name: &str) -> Result<Self, ParameterError> {
-        let (what, kind) = Self::split_name(name)?;
-        let shape = || scene.find_shape(what);
-        let implicit = || scene.find_implicit(what);
-        let found = match (what, kind) {
-            ("camera", "translation") => Ok(Self::CameraTranslation),
-            ("camera", "rotation") => Ok(Self::CameraRotation),
-            ("camera", _) if scene.description().camera.orthographic.is_some() => {
-                return Err(ParameterError::FieldOfView { name: name.to_owned() });
+    /// The parameters that something has, with what follows the dot in their names.
+    #[must_use]
+    pub fn of(scene: &Scene, object: Object) -> Vec<(&'static str, Self)> {
+        let d = scene.description();
+        let mut found = vec![];
+        match object {
+            Object::Camera => {
+                found.extend([("translation", Self::CameraTranslation), ("rotation", Self::CameraRotation)]);
+                found.extend(d.camera.orthographic.is_none().then_some(("fov", Self::FieldOfView)));
             }
-            ("camera", _) => Ok(Self::FieldOfView),
-            (_, "vertex_positions") => shape().map(|shape| Self::VertexPositions { shape }),
-            (_, "sdf") => implicit().map(|implicit| Self::Sdf { implicit }),
-            (_, "translation") if scene.implicit(what).is_some() => {
-                implicit().map(|implicit| Self::ImplicitTranslation { implicit })
+            Object::Shape(shape) => found.push(("vertex_positions", Self::VertexPositions { shape })),
+            Object::Implicit(implicit) => found.push(("sdf", Self::Sdf { implicit })),
+            Object::Material(material) => found.extend(of_material(&d.materials[material], material)),
+            Object::Light(light) => {
+                let name = match d.lights[light] {
+                    Light::Directional { .. } => "irradiance",
+                    _ => "intensity",
+                };
+                found.push((name, Self::Intensity { light }));
+                let of = TextureUse::Beam { light };
+                found.extend(
+                    d.lights[light].texture().map(|texture| ("texture", Self::Texture { texture, of })),
+                );
             }
-            (_, "rotation") if scene.implicit(what).is_some() => {
-                implicit().map(|implicit| Self::ImplicitRotation { implicit })
-            }
-            (_, "translation") => shape().map(|shape| Self::Translation { shape }),
-            (_, "rotation") => shape().map(|shape| Self::Rotation { shape }),
-            (_, "scale") => shape().map(|shape| Self::Scale { shape }),
-            (_, "radiance") => scene.find_emitter(what).map(|emitter| match emitter {
-                Emitter::Shape(shape) => Self::Radiance { shape },
-                Emitter::Environment => Self::EnvironmentRadiance,
+            Object::Environment => found.push(match d.environment {
+                Some(Environment::Map { texture, .. }) => {
+                    ("texture", Self::Texture { texture, of: TextureUse::Environment })
+                }
+                _ => ("radiance", Self::EnvironmentRadiance),
             }),
-            (_, "intensity") => scene.find_point_light(what).map(|light| Self::Intensity { light }),
-            (_, "irradiance") => scene.find_directional_light(what).map(|light| Self::Intensity { light }),
-            (_, "reflectance") => scene.find_plain(what).map(|material| Self::Reflectance { material }),
-            (_, "roughness") => scene.find_rough(what).map(|material| Self::Roughness { material }),
-            _ => scene.find_textured(what).map(|(material, texture)| Self::Texture { material, texture }),
-        };
-        let found = found.map_err(|source| ParameterError::Name { name: name.to_owned(), source })?;
-        if let Self::Texture { texture, .. } = found {
-            let texture = &scene.description().textures[texture];
-            let is_out = |c: &DVec3| c.min_element() < 0.0 || c.max_element() > 1.0;
-            if texture.texels.iter().any(is_out) && texture.is_of_triangles() {
-                return Err(ParameterError::Attribute { name: name.to_owned() });
-            }
+            Object::Medium(_) | Object::Texture(_) | Object::Collection(_) => {}
         }
-        Ok(found)
+        let parts = d.moved_with(object);
+        let has_bodies = !(parts.shapes.is_empty() && parts.implicits.is_empty());
+        let has_place = has_bodies || parts.lights.iter().any(|&l| d.lights[l].position().is_some());
+        // Several points of light are turned about their middle.
+        let points = parts.lights.len() > 1 && has_place;
+        let turns = has_bodies
+            || points
+            || parts.environment
+            || parts.lights.iter().any(|&l| d.lights[l].has_direction());
+        found.extend(has_place.then_some(("translation", Self::Translation { of: object })));
+        found.extend(turns.then_some(("rotation", Self::Rotation { of: object })));
+        let scales = !parts.shapes.is_empty()
+            && parts.implicits.is_empty()
+            && parts.lights.is_empty()
+            && !parts.environment;
+        found.extend(scales.then_some(("scale", Self::Scale { of: object })));
+        if let Object::Shape(shape) = object
+            && d.shapes[shape].radiance.is_some()
+        {
+            found.push(("radiance", Self::Radiance { shape }));
+            let of = TextureUse::Radiance { shape };
+            let texture = d.shapes[shape].radiance_texture;
+            found.extend(texture.map(|texture| ("radiance_texture", Self::Texture { texture, of })));
+        }
+        found
     }
 
     /// The sizes of its array: nothing for a number, (3) for a vector or colour, (vertices, 3) for positions, (height, width,
@@ -201,29 +157,69 @@ impl Quantity {
             Self::Radiance { .. } | Self::EnvironmentRadiance | Self::Intensity { .. } => {
                 [0.0, f64::INFINITY]
             }
-            Self::Reflectance { .. } | Self::Texture { .. } => [0.0, 1.0],
+            Self::Texture { of, .. } => match of {
+                TextureUse::Reflectance { .. } | TextureUse::Metallic { .. } => [0.0, 1.0],
+                TextureUse::Roughness { .. } => [1e-3, 1.0],
+                TextureUse::Radiance { .. } | TextureUse::Beam { .. } | TextureUse::Environment => {
+                    [0.0, f64::INFINITY]
+                }
+            },
+            Self::Reflectance { .. } => [0.0, 1.0],
             Self::Roughness { .. } => [1e-3, 1.0],
             Self::FieldOfView => [0.01, 3.1],
             _ => [f64::NEG_INFINITY, f64::INFINITY],
         }
     }
 
-    /// Makes it active.
-    pub fn activate(self, active: &mut ActiveParameters) {
+    /// The names of the numbers of each of its vectors; nothing if it has none.
+    #[must_use]
+    pub fn components(self) -> Option<[&'static str; 3]> {
         match self {
-            Self::VertexPositions { shape }
-            | Self::Translation { shape }
-            | Self::Rotation { shape }
-            | Self::Scale { shape } => active.shapes[shape] = true,
-            Self::Sdf { implicit }
-            | Self::ImplicitTranslation { implicit }
-            | Self::ImplicitRotation { implicit } => active.implicits[implicit] = true,
+            Self::VertexPositions { .. }
+            | Self::Translation { .. }
+            | Self::Rotation { .. }
+            | Self::CameraTranslation
+            | Self::CameraRotation => Some(["x", "y", "z"]),
+            Self::Radiance { .. }
+            | Self::EnvironmentRadiance
+            | Self::Intensity { .. }
+            | Self::Reflectance { .. }
+            | Self::Texture { .. } => Some(["r", "g", "b"]),
+            Self::Scale { .. } | Self::Sdf { .. } | Self::Roughness { .. } | Self::FieldOfView => None,
+        }
+    }
+
+    /// Makes it active.
+    pub fn activate(self, scene: &Scene, active: &mut ActiveParameters) {
+        match self {
+            Self::VertexPositions { shape } => active.shapes[shape] = true,
+            Self::Translation { of } | Self::Rotation { of } | Self::Scale { of } => {
+                let parts = scene.description().moved_with(of);
+                parts.shapes.into_iter().for_each(|shape| active.shapes[shape] = true);
+                parts.implicits.into_iter().for_each(|implicit| active.implicits[implicit] = true);
+                for light in parts.lights {
+                    // Parallel light does not depend on where its source is, nor a point's on how it is
+                    // turned.
+                    let shifts = scene.description().lights[light].position().is_some();
+                    active.poses[light] |= shifts || matches!(self, Self::Rotation { .. });
+                }
+                active.environment_rotation |= parts.environment && matches!(self, Self::Rotation { .. });
+            }
+            Self::Sdf { implicit } => active.implicits[implicit] = true,
             Self::Radiance { .. } | Self::EnvironmentRadiance | Self::Intensity { .. } => {
                 active.lights = true;
             }
-            Self::Reflectance { material }
-            | Self::Roughness { material }
-            | Self::Texture { material, .. } => active.materials[material] = true,
+            Self::Texture { of, .. } => match of {
+                TextureUse::Reflectance { material }
+                | TextureUse::Roughness { material }
+                | TextureUse::Metallic { material } => active.materials[material] = true,
+                TextureUse::Radiance { .. } | TextureUse::Beam { .. } | TextureUse::Environment => {
+                    active.lights = true;
+                }
+            },
+            Self::Reflectance { material } | Self::Roughness { material } => {
+                active.materials[material] = true;
+            }
             Self::CameraTranslation | Self::CameraRotation | Self::FieldOfView => active.camera = true,
         }
     }
@@ -238,14 +234,93 @@ impl Quantity {
 
     /// Whether it is a rotation, whose steps are composed.
     pub(crate) fn turns(self) -> bool {
-        matches!(self, Self::Rotation { .. } | Self::ImplicitRotation { .. } | Self::CameraRotation)
+        matches!(self, Self::Rotation { .. } | Self::CameraRotation)
     }
 
-    /// The shape that it places as a whole.
-    pub(crate) fn posed(self) -> Option<usize> {
+    /// What it places as a whole.
+    pub(crate) fn posed(self) -> Option<Object> {
         match self {
-            Self::Translation { shape } | Self::Rotation { shape } | Self::Scale { shape } => Some(shape),
+            Self::Translation { of } | Self::Rotation { of } | Self::Scale { of } => Some(of),
             _ => None,
         }
     }
+
+    /// Whether its texture is an attribute of a mesh with texels out of range.
+    pub(super) fn is_attribute_out_of_range(self, scene: &Scene) -> bool {
+        let Self::Texture { texture, .. } = self else { return false };
+        let [low, high] = self.default_bounds();
+        let texture = &scene.description().textures[texture];
+        let is_out = |c: &DVec3| c.min_element() < low || c.max_element() > high;
+        texture.texels.iter().any(is_out) && texture.is_of_triangles()
+    }
+}
+
+impl From<Quantity> for Member {
+    fn from(quantity: Quantity) -> Self {
+        Self { quantity, component: None }
+    }
+}
+
+impl Member {
+    /// Whether two have a number in common.
+    pub(super) fn overlaps(self, other: Self) -> bool {
+        let differ = matches!((self.component, other.component), (Some(a), Some(b)) if a != b);
+        self.quantity.is(other.quantity) && !differ
+    }
+
+    /// Its numbers among all of the quantity.
+    pub(super) fn select(self, whole: Vec<f64>) -> Vec<f64> {
+        match self.component {
+            None => whole,
+            Some(component) => whole.into_iter().skip(component).step_by(3).collect(),
+        }
+    }
+
+    /// Puts its numbers among all of the quantity.
+    pub(super) fn put(self, numbers: &[f64], whole: &mut [f64]) {
+        match self.component {
+            None => whole.copy_from_slice(numbers),
+            Some(component) => {
+                let places = whole.iter_mut().skip(component).step_by(3);
+                places.zip(numbers).for_each(|(place, number)| *place = *number);
+            }
+        }
+    }
+
+    /// The sizes of its array: those of the quantity, without the last if it is one number of each vector.
+    #[must_use]
+    pub fn dimensions(self, scene: &Scene) -> Vec<usize> {
+        let mut dimensions = self.quantity.dimensions(scene);
+        if self.component.is_some() {
+            dimensions.pop();
+        }
+        dimensions
+    }
+}
+
+fn of_material(m: &Material, material: usize) -> Vec<(&'static str, Quantity)> {
+    let texture = |name, texture, of| (name, Quantity::Texture { texture, of });
+    let mut found = vec![match m.bsdf.reflectance() {
+        Reflectance::Constant(_) => ("reflectance", Quantity::Reflectance { material }),
+        Reflectance::Texture(index) => texture("texture", *index, TextureUse::Reflectance { material }),
+    }];
+    found.extend(m.bsdf.roughness().map(|_| ("roughness", Quantity::Roughness { material })));
+    let (roughness, metallic) = match &m.bsdf {
+        Bsdf::Principled(principled) => (Some(principled.roughness), Some(principled.metallic)),
+        Bsdf::PrincipledThin(thin) => (Some(thin.roughness), None),
+        _ => {
+            // One texture for both axes: two would be two parameters of one name.
+            let [along, across] = m.roughness_textures;
+            (along.filter(|_| along == across).map(Value::Texture), None)
+        }
+    };
+    for (name, value, of) in [
+        ("roughness_texture", roughness, TextureUse::Roughness { material }),
+        ("metallic_texture", metallic, TextureUse::Metallic { material }),
+    ] {
+        if let Some(Value::Texture(index)) = value {
+            found.push(texture(name, index, of));
+        }
+    }
+    found
 }

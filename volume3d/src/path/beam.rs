@@ -11,13 +11,15 @@ use crate::scene::{Light, Scene};
 pub(super) fn profile<C: Calculus>(
     scene: &Scene,
     calculus: &C,
-    light: &Light,
+    (index, light): (usize, &Light),
     direction: Vec3<C::Number>,
 ) -> Rgb<C::Number> {
     let (none, all) = (Rgb::constant(DVec3::ZERO), Rgb::constant(DVec3::ONE));
     let one = C::Number::constant(1.0);
     let local = |to_world: &DMat3| {
-        [to_world.x_axis, to_world.y_axis, to_world.z_axis].map(|axis| Vec3::constant(axis).dot(direction))
+        let turn = calculus.light_turn(index);
+        [to_world.x_axis, to_world.y_axis, to_world.z_axis]
+            .map(|axis| Vec3::turned(axis, turn).dot(direction))
     };
     let slide = |texture: Option<usize>, [u, v]: [C::Number; 2]| {
         texture.map_or(all, |index| {

@@ -160,6 +160,9 @@ pub(crate) trait Calculus {
     /// static.
     fn pose(&self, light: usize) -> Option<Vec3<Self::Number>>;
 
+    /// Rotation of a spot or projector about its position, in numbers of value 0; `None` if it is static.
+    fn light_turn(&self, light: usize) -> Option<Vec3<Self::Number>>;
+
     /// The radiance of a constant environment, given its value.
     fn environment(&self, value: DVec3) -> Rgb<Self::Number>;
 

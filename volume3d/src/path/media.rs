@@ -267,9 +267,10 @@ impl<'s> Paths<'s> {
         match (towards.id, towards.surface) {
             (LightId::Light(light), _) if towards.delta => match &scene.lights()[light as usize] {
                 Light::Directional { irradiance, .. } => *irradiance,
-                light => {
-                    let profile = profile(scene, &plain, light, Vec3::constant(-direction)).value();
-                    profile * light.power() / (towards.distance * towards.distance)
+                own => {
+                    let way = Vec3::constant(-direction);
+                    let profile = profile(scene, &plain, (light as usize, own), way).value();
+                    profile * own.power() / (towards.distance * towards.distance)
                 }
             },
             (LightId::Shape(_), Some(Surface::Triangle(triangle))) => {

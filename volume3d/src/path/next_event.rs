@@ -82,7 +82,8 @@ impl Paths<'_> {
         (reflect(shading, &warped, weight), emitted)
     }
 
-    /// Light from a point or a single direction. It is not warped, and casters of its shadows must be static.
+    /// Light from a point or a single direction. It is not warped: the motion of its shadows is missing, and
+    /// scenes in which they move are refused.
     fn delta_light<C: Calculus>(
         &self,
         calculus: &C,
@@ -106,7 +107,7 @@ impl Paths<'_> {
                 let falloff = C::Number::constant(1.0) / way.dot(way);
                 let way = way.normalized();
                 shading.evaluate(way)
-                    * profile(self.scene, calculus, light, -way)
+                    * profile(self.scene, calculus, (index, light), -way)
                     * calculus.intensity(index, light.power())
                     * (falloff * weight)
             }

@@ -55,6 +55,10 @@ impl Calculus for Plain<'_> {
         None
     }
 
+    fn light_turn(&self, _: usize) -> Option<Vec3<f64>> {
+        None
+    }
+
     fn environment(&self, value: DVec3) -> Rgb<f64> {
         Rgb::constant(value)
     }

@@ -59,6 +59,26 @@ impl Default for Integrator {
     }
 }
 
+/// Shapes that a scene file copied as one: those of an instance, or of all instances of a group.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Instances {
+    /// Its name in messages and requests.
+    pub id: String,
+    /// The shapes, by their index in the scene.
+    pub shapes: Vec<usize>,
+    /// The implicit surfaces, by theirs.
+    pub implicits: Vec<usize>,
+}
+
+/// A further name of a material: of a part of it that a scene file named, such as what is within "twosided".
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Alias {
+    /// The name.
+    pub id: String,
+    /// The material, by its index in the scene.
+    pub material: usize,
+}
+
 /// Everything that defines a scene. [`Scene::new`](super::Scene::new) validates it and builds what rendering
 /// needs.
 #[derive(Clone, Debug, PartialEq)]
@@ -93,6 +113,10 @@ pub struct Description {
     pub lights: Vec<Light>,
     /// Radiance of rays that leave the scene; black if `None`.
     pub environment: Option<Environment>,
+    /// Shapes that a file copied as one, by the names of instances and groups.
+    pub instances: Vec<Instances>,
+    /// Further names of materials.
+    pub aliases: Vec<Alias>,
 }
 
 impl Description {
@@ -114,6 +138,8 @@ impl Description {
             tracer: SPHERE_TRACING,
             lights: vec![],
             environment: None,
+            instances: vec![],
+            aliases: vec![],
         }
     }
 

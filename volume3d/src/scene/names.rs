@@ -1,65 +1,50 @@
 //! Lookup of names in a scene, with suggestions.
 
-use super::{Bsdf, Environment, Light, Reflectance, Scene};
+use super::object::{Collection, Object};
+use super::{Environment, Light, Scene};
 
-/// A name that does not exist, or belongs to an object of another kind.
+/// A name that a scene does not have, or that is of something else than what is asked for.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NameError {
     /// The scene has no object of the kind.
     #[error("there is no {what} `{id}`: the scene has no {what} at all")]
     Nothing {
-        /// "shape", "material" or "light".
+        /// "shape" or "implicit surface".
         what: &'static str,
         /// The name.
         id: String,
     },
-    /// The scene has other objects of the kind.
-    #[error("there is no {what} `{id}`; closest first, there are: {}", list(.known))]
+    /// Others of the kind are there.
+    #[error("there is no {what} `{id}`; closest first, there are: {}", listed(.known))]
     Unknown {
-        /// "shape", "material" or "light".
+        /// "shape" or "implicit surface".
         what: &'static str,
         /// The name.
         id: String,
         /// Existing names, most similar first.
         known: Vec<String>,
     },
-    /// The named object lacks the requested property.
-    #[error("{what} `{id}` {lacks}; {}", others(.what, .kind, .known))]
-    Lacks {
-        /// "shape", "material" or "light".
+    /// Something else has the name.
+    #[error(
+        "`{id}` is {found}, and no {what}{}",
+        if .known.is_empty() { String::new() } else { format!("; closest first, {what}s are: {}", listed(.known)) }
+    )]
+    Other {
+        /// "shape" or "implicit surface".
         what: &'static str,
         /// The name.
         id: String,
-        /// The missing property, as the end of a sentence.
-        lacks: &'static str,
-        /// Description of the objects that have it.
-        kind: &'static str,
-        /// Names of those.
+        /// What has it, with an article.
+        found: String,
+        /// The names of what is asked for, the most alike first.
         known: Vec<String>,
-    },
-    /// An intensity or irradiance was requested of a shape or the environment, whose emission is called
-    /// radiance.
-    #[error(
-        "`{id}` is {what}, whose light is its radiance: `{id}.radiance`, or `{id}:radiance:r,g,b` of a motion"
-    )]
-    Radiance {
-        /// Name of the object.
-        id: String,
-        /// "the environment" or "a shape that emits".
-        what: &'static str,
-    },
-    /// An environment map has texels instead of a single radiance.
-    #[error("`{id}` is an environment map, which has no single radiance")]
-    Map {
-        /// Name of the map.
-        id: String,
     },
 }
 
-/// Some of the names, and the number of others.
-fn list(names: &[String]) -> String {
-    /// Largest number of names listed.
+/// Some names, and how many more.
+pub(crate) fn listed(names: &[String]) -> String {
+    /// As many as are read.
     const SHOWN: usize = 12;
     let shown = names.iter().take(SHOWN).map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
     match names.len().saturating_sub(SHOWN) {
@@ -68,29 +53,99 @@ fn list(names: &[String]) -> String {
     }
 }
 
-fn others(what: &str, kind: &str, known: &[String]) -> String {
-    if known.is_empty() {
-        format!("no {what} of this scene does otherwise")
-    } else {
-        format!("{what}s {kind}: {}", list(known))
-    }
-}
-
-/// An object with a radiance.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Emitter {
-    Shape(usize),
-    /// The constant environment.
-    Environment,
+/// Sorts names by how much they are like another.
+pub(crate) fn closest_first(id: &str, names: &mut [String]) {
+    names.sort_by_key(|name| strsim::osa_distance(id, name));
 }
 
 impl Scene {
-    /// Index of the shape with a name.
+    /// Everything that has a name, with its name. A material may have several.
+    pub fn objects(&self) -> impl Iterator<Item = (Object, &str)> {
+        let d = self.description();
+        fn of<'n>(
+            names: impl Iterator<Item = &'n String>,
+            object: fn(usize) -> Object,
+        ) -> impl Iterator<Item = (Object, &'n str)> {
+            names.enumerate().map(move |(index, name)| (object(index), name.as_str()))
+        }
+        let environment = d.environment.iter().map(|environment| match environment {
+            Environment::Constant { id, .. } | Environment::Map { id, .. } => {
+                (Object::Environment, id.as_str())
+            }
+        });
+        let aliases = d.aliases.iter().map(|alias| (Object::Material(alias.material), alias.id.as_str()));
+        let instances =
+            of(d.instances.iter().map(|i| &i.id), |i| Object::Collection(Collection::Instances(i)));
+        of(d.shapes.iter().map(|s| &s.id), Object::Shape)
+            .chain(of(d.implicits.iter().map(|s| &s.id), Object::Implicit))
+            .chain(of(d.materials.iter().map(|m| &m.id), Object::Material))
+            .chain(aliases)
+            .chain(of(d.lights.iter().map(Light::id), Object::Light))
+            .chain(environment)
+            .chain(instances)
+            .chain(of(d.media.iter().map(|m| &m.id), Object::Medium))
+            .chain(of(d.textures.iter().map(|t| &t.id), Object::Texture))
+            .chain([
+                (Object::Camera, "camera"),
+                (Object::Collection(Collection::All), "all"),
+                (Object::Collection(Collection::Lights), "lights"),
+            ])
+    }
+
+    /// Everything that has a name: things of different kinds may share one. `camera` is the camera, and `all`
+    /// and `lights` are all geometry and all lights unless something of the scene is called so.
+    #[must_use]
+    pub fn named(&self, id: &str) -> Vec<Object> {
+        if id == "camera" {
+            return vec![Object::Camera];
+        }
+        let mut found: Vec<Object> = self.objects().filter(|(_, name)| *name == id).map(|(o, _)| o).collect();
+        if found.len() > 1 {
+            found
+                .retain(|object| !matches!(object, Object::Collection(Collection::All | Collection::Lights)));
+        }
+        found
+    }
+
+    /// What something is, in words with an article.
+    #[must_use]
+    pub fn describe(&self, object: Object) -> String {
+        let d = self.description();
+        match object {
+            Object::Camera if d.camera.orthographic.is_some() => "an orthographic camera".to_owned(),
+            Object::Camera => "the camera".to_owned(),
+            Object::Shape(s) if d.shapes[s].radiance.is_some() => "a shape that emits".to_owned(),
+            Object::Shape(_) => "a shape that emits nothing".to_owned(),
+            Object::Implicit(_) => "an implicit surface".to_owned(),
+            Object::Material(m) => format!("a material ({})", d.materials[m].bsdf.name()),
+            Object::Light(l) => match d.lights[l] {
+                Light::Point { .. } => "a point light",
+                Light::Spot { .. } => "a spot light",
+                Light::Projector { .. } => "a projector",
+                Light::Directional { .. } => "a directional light",
+            }
+            .to_owned(),
+            Object::Environment => match d.environment {
+                Some(Environment::Map { .. }) => "an environment map".to_owned(),
+                _ => "a constant environment".to_owned(),
+            },
+            Object::Medium(_) => "a medium".to_owned(),
+            Object::Texture(_) => "a texture".to_owned(),
+            Object::Collection(Collection::All) => "all geometry".to_owned(),
+            Object::Collection(Collection::Lights) => "all lights".to_owned(),
+            Object::Collection(Collection::Instances(_)) => "an instance or a group of shapes".to_owned(),
+        }
+    }
+
+    /// The index of the shape with a name.
     ///
     /// # Errors
     /// A [`NameError`] with suggestions, if there is none.
     pub fn find_shape(&self, id: &str) -> Result<usize, NameError> {
-        find("shape", id, self.description().shapes.iter().map(|s| &s.id))
+        self.find("shape", id, |object| match object {
+            Object::Shape(shape) => Some(shape),
+            _ => None,
+        })
     }
 
     /// Index of the implicit surface with a name, among implicit surfaces.
@@ -98,116 +153,30 @@ impl Scene {
     /// # Errors
     /// A [`NameError`] with suggestions, if there is none.
     pub fn find_implicit(&self, id: &str) -> Result<usize, NameError> {
-        find("implicit surface", id, self.description().implicits.iter().map(|s| &s.id))
-    }
-
-    /// An emitting shape, or a constant environment.
-    pub(crate) fn find_emitter(&self, id: &str) -> Result<Emitter, NameError> {
-        let shapes = &self.description().shapes;
-        match &self.description().environment {
-            Some(Environment::Constant { id: sky, .. }) if sky == id => return Ok(Emitter::Environment),
-            Some(Environment::Map { id: map, .. }) if map == id => {
-                return Err(NameError::Map { id: id.to_owned() });
-            }
-            _ => {}
-        }
-        let all = shapes.iter().map(|s| (&s.id, s.radiance.is_some()));
-        find_with("shape", id, all, "emits nothing", "that emit").map(Emitter::Shape)
-    }
-
-    /// Refuses objects with a radiance where an intensity or irradiance is requested.
-    fn check_no_emitter(&self, id: &str) -> Result<(), NameError> {
-        let radiance = |what| Err(NameError::Radiance { id: id.to_owned(), what });
-        match self.find_emitter(id) {
-            Ok(Emitter::Environment) => radiance("the environment"),
-            Ok(Emitter::Shape(_)) => radiance("a shape that emits"),
-            Err(NameError::Map { id }) => Err(NameError::Map { id }),
-            Err(_) => Ok(()),
-        }
-    }
-
-    /// Index of a point, spot or projector light.
-    pub(crate) fn find_point_light(&self, id: &str) -> Result<usize, NameError> {
-        self.check_no_emitter(id)?;
-        let lights = self.description().lights.iter();
-        let all = lights.map(|l| (l.id(), !matches!(l, Light::Directional { .. })));
-        find_with("light", id, all, "is no point light", "that are")
-    }
-
-    /// Index of a directional light.
-    pub(crate) fn find_directional_light(&self, id: &str) -> Result<usize, NameError> {
-        self.check_no_emitter(id)?;
-        let lights = self.description().lights.iter();
-        let all = lights.map(|l| (l.id(), matches!(l, Light::Directional { .. })));
-        find_with("light", id, all, "is no directional light", "that are")
-    }
-
-    /// Index of a material with constant reflectance.
-    pub(crate) fn find_plain(&self, id: &str) -> Result<usize, NameError> {
-        let lacks = "has a texture, not one reflectance";
-        self.find_material_with(id, lacks, "without a texture", |bsdf| {
-            matches!(bsdf.reflectance(), Reflectance::Constant(_))
+        self.find("implicit surface", id, |object| match object {
+            Object::Implicit(implicit) => Some(implicit),
+            _ => None,
         })
     }
 
-    /// Indices of a textured material and its texture.
-    pub(crate) fn find_textured(&self, id: &str) -> Result<(usize, usize), NameError> {
-        let texture = |bsdf: &Bsdf| match bsdf.reflectance() {
-            Reflectance::Texture(texture) => Some(*texture),
-            Reflectance::Constant(_) => None,
-        };
-        let index =
-            self.find_material_with(id, "has no texture", "with a texture", |bsdf| texture(bsdf).is_some())?;
-        let found = texture(&self.description().materials[index].bsdf);
-        Ok((index, found.expect("a material with a texture was asked for")))
-    }
-
-    /// Index of a material with a roughness.
-    pub(crate) fn find_rough(&self, id: &str) -> Result<usize, NameError> {
-        self.find_material_with(id, "has no roughness", "with one", |bsdf| bsdf.roughness().is_some())
-    }
-
-    fn find_material_with(
+    fn find(
         &self,
+        what: &'static str,
         id: &str,
-        lacks: &'static str,
-        kind: &'static str,
-        has: impl Fn(&Bsdf) -> bool,
+        index: impl Fn(Object) -> Option<usize>,
     ) -> Result<usize, NameError> {
-        let all = self.description().materials.iter().map(|m| (&m.id, has(&m.bsdf)));
-        find_with("material", id, all, lacks, kind)
+        let named = self.named(id);
+        if let Some(index) = named.iter().find_map(|&object| index(object)) {
+            return Ok(index);
+        }
+        let of_kind = self.objects().filter(|(object, _)| index(*object).is_some());
+        let mut known: Vec<String> = of_kind.map(|(_, name)| name.to_owned()).collect();
+        closest_first(id, &mut known);
+        let id = id.to_owned();
+        Err(match named.first() {
+            Some(&object) => NameError::Other { what, id, found: self.describe(object), known },
+            None if known.is_empty() => NameError::Nothing { what, id },
+            None => NameError::Unknown { what, id, known },
+        })
     }
-}
-
-fn find<'a>(
-    what: &'static str,
-    id: &str,
-    known: impl Iterator<Item = &'a String> + Clone,
-) -> Result<usize, NameError> {
-    if let Some(index) = known.clone().position(|name| name == id) {
-        return Ok(index);
-    }
-    let id = id.to_owned();
-    let mut known: Vec<String> = known.cloned().collect();
-    if known.is_empty() {
-        return Err(NameError::Nothing { what, id });
-    }
-    known.sort_by_key(|name| strsim::osa_distance(&id, name));
-    Err(NameError::Unknown { what, id, known })
-}
-
-/// Lookup among objects of which some have a property.
-fn find_with<'a>(
-    what: &'static str,
-    id: &str,
-    all: impl Iterator<Item = (&'a String, bool)> + Clone,
-    lacks: &'static str,
-    kind: &'static str,
-) -> Result<usize, NameError> {
-    let index = find(what, id, all.clone().map(|(name, _)| name))?;
-    if all.clone().nth(index).is_some_and(|(_, is)| is) {
-        return Ok(index);
-    }
-    let known = all.filter(|(_, is)| *is).map(|(name, _)| name.clone()).collect();
-    Err(NameError::Lacks { what, id: id.to_owned(), lacks, kind, known })
 }

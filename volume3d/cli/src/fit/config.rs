@@ -7,12 +7,13 @@ use anyhow::{anyhow, bail};
 use clap::ValueEnum;
 use flatland::sdf::shapes::Ball;
 use glam::DVec3;
-use serde::de::Error as _;
-use serde::{Deserialize, Deserializer};
-use volume3d::optimize::{Adam, Loss, MaskLoss, Regularizer, Schedule};
+use serde::Deserialize;
+use volume3d::optimize::{Loss, MaskLoss, Regularizer, Schedule};
 
 use super::super::method::Method;
 use super::super::spp::MAX_SAMPLES;
+use super::numbers::numbers;
+use super::parameter::ParameterConfig;
 
 /// A whole configuration.
 #[derive(Clone, Debug, Deserialize)]
@@ -133,14 +134,6 @@ impl From<LossKind> for Loss {
     }
 }
 
-/// Exactly so many numbers. (An array that is too long passes for a tuple of serde's.)
-fn numbers<'de, D: Deserializer<'de>, const N: usize>(deserializer: D) -> Result<Option<[f64; N]>, D::Error> {
-    let found = Vec::<f64>::deserialize(deserializer)?;
-    let count = found.len();
-    let error = |_| D::Error::custom(format!("expected {N} numbers, found {count}"));
-    found.try_into().map(Some).map_err(error)
-}
-
 /// How gradients are estimated.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -214,37 +207,6 @@ pub(super) struct ViewConfig {
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct ParameterConfig {
-    pub(super) name: String,
-    pub(super) rate: f64,
-    #[serde(default)]
-    pub(super) uniform: bool,
-    pub(super) large_steps: Option<f64>,
-    #[serde(default)]
-    pub(super) redistance: bool,
-    #[serde(default)]
-    pub(super) refine: Vec<u64>,
-    pub(super) finish: Option<u64>,
-    #[serde(default = "beta1")]
-    pub(super) beta1: f64,
-    #[serde(default = "beta2")]
-    pub(super) beta2: f64,
-    pub(super) clamp: Option<f64>,
-    #[serde(default, deserialize_with = "numbers")]
-    pub(super) bounds: Option<[f64; 2]>,
-    pub(super) start: Option<Vec<f64>>,
-}
-
-fn beta1() -> f64 {
-    Adam::new(1.0).beta1
-}
-
-fn beta2() -> f64 {
-    Adam::new(1.0).beta2
-}
-
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub(super) struct RegularizerConfig {
     pub(super) shape: String,
     kind: RegularizerKind,
@@ -279,6 +241,9 @@ pub(super) fn parse(text: &str, path: &Path) -> anyhow::Result<Config> {
         let message = error.message();
         anyhow!("{}: line {line}: {message}{}", path.display(), suggestion(message))
     })?;
+    for parameter in config.parameters.iter_mut().filter(|parameter| parameter.name.is_empty()) {
+        parameter.name = parameter.tie.first().cloned().unwrap_or_default();
+    }
     let say = |problem: String| anyhow!("{}: {problem}", path.display());
     config.check().map_err(|problem| say(problem.to_string()))?;
     let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
@@ -314,63 +279,7 @@ impl Config {
                 "nothing is to be fitted: add a [[parameter]] with a name, such as \"block.translation\", and a rate"
             );
         }
-        for parameter in &self.parameters {
-            let ParameterConfig { name, rate, large_steps, redistance, refine, finish, bounds, .. } =
-                parameter;
-            if !(*rate > 0.0 && rate.is_finite()) {
-                bail!("the rate of `{name}` is {rate}, but must be positive");
-            }
-            if let Some([low, high]) = bounds
-                && (low.is_nan() || high.is_nan() || low > high)
-            {
-                bail!("the bounds of `{name}` are {low} and {high}, but must be in order");
-            }
-            for (key, beta) in [("beta1", parameter.beta1), ("beta2", parameter.beta2)] {
-                if !(0.0..1.0).contains(&beta) {
-                    bail!("{key} of `{name}` is {beta}, but must be from 0 to below 1");
-                }
-            }
-            if let Some(clamp) = parameter.clamp
-                && !(clamp > 0.0 && clamp.is_finite())
-            {
-                bail!("the clamp of `{name}` is {clamp}, but must be positive");
-            }
-            let is_grid = name.ends_with(".sdf");
-            if *redistance && !is_grid {
-                bail!("redistance is for the sdf of a grid, not for `{name}`");
-            }
-            if !refine.is_empty() && !is_grid {
-                bail!("refine is for the sdf of a grid or network, not for `{name}`");
-            }
-            let last = refine.last().is_some_and(|step| *step >= self.steps);
-            if refine.first() == Some(&0) || last || !refine.is_sorted_by(|a, b| a < b) {
-                bail!(
-                    "refine of `{name}` is {refine:?}, but must be numbers of steps in increasing order, from 1 to {}",
-                    self.steps - 1
-                );
-            }
-            if let Some(finish) = finish {
-                if !is_grid {
-                    bail!("finish is for the sdf of a network, not for `{name}`");
-                }
-                let least = refine.last().map_or(1, |step| step + 1);
-                if !(least..self.steps).contains(finish) {
-                    bail!(
-                        "finish of `{name}` is {finish}, but must be a number of steps from {least} to {}",
-                        self.steps - 1
-                    );
-                }
-            }
-            if large_steps.is_some() && !is_grid && !name.ends_with(".vertex_positions") {
-                bail!("large_steps is for vertex_positions and the sdf of a grid, not for `{name}`");
-            }
-            if let Some(lambda) = large_steps
-                && is_grid
-                && !(0.0..=1e6).contains(lambda)
-            {
-                bail!("large_steps of `{name}` is {lambda}, but must be from 0 to 1e6; 1 is usual");
-            }
-        }
+        self.parameters.iter().try_for_each(|parameter| parameter.check(self.steps))?;
         if let Some(pixels) = self.pixels_per_view {
             if pixels == 0 {
                 bail!("pixels_per_view = 0: a step looks at one pixel at least");

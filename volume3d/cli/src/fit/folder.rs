@@ -12,7 +12,7 @@ use volume3d::io::{
     load_image, read_text, signed_range, write_animation, write_bytes, write_exr, write_obj, write_png,
     write_scene, write_signed_png,
 };
-use volume3d::optimize::{Fit, Quantity, State, read_checkpoint, write_checkpoint};
+use volume3d::optimize::{Fit, Group, Quantity, State, read_checkpoint, write_checkpoint};
 use volume3d::scene::{Camera, Film, Scene};
 use volume3d::sdf::isosurface;
 
@@ -218,9 +218,9 @@ impl Folder {
         let frames = (0..=config.steps).map(|step| self.frame_path(step)).filter(|path| path.exists());
         let frames = frames.map(|path| load_image(&path, false)).collect::<Result<Vec<_>, _>>()?;
         write_animation(&self.file("animation.png"), &frames, 120)?;
-        for group in fit.parameters().groups() {
+        for member in fit.parameters().groups().iter().flat_map(Group::members) {
             let path = |id: &str| self.file(&format!("meshes/{}.obj", file_name(id)));
-            match group.quantity {
+            match member.quantity {
                 Quantity::VertexPositions { shape } => {
                     let shape = &scene.description().shapes[shape];
                     write_obj(&path(&shape.id), &shape.mesh)?;
@@ -290,7 +290,7 @@ fn values(fit: &Fit, scene: &Scene) -> anyhow::Result<Vec<u8>> {
     for group in fit.parameters().groups() {
         let many = matches!(group.quantity, Quantity::VertexPositions { .. } | Quantity::Sdf { .. });
         if many && group.range.len() > LISTED {
-            let dimensions = group.quantity.dimensions(scene);
+            let dimensions = group.first().dimensions(scene);
             table.write_record([&group.name, &format!("{dimensions:?}"), "in fit.xml"])?;
             continue;
         }

@@ -3,6 +3,8 @@
 mod config;
 mod curve;
 mod folder;
+mod numbers;
+mod parameter;
 mod problem;
 mod report;
 mod views;
@@ -78,6 +80,8 @@ use super::signals::{self, is_stop};
 ///   beta1 = 0.9                       # of Adam: how slowly gradients are forgotten, and their squares
 ///   beta2 = 0.999
 ///   clamp = 0.01                      # none, unless given: larger derivatives are cut to it, counted, and biased
+///   tie = ["lamp.radiance", "bulb.intensity"]  # others that have the same values, at first those of the first; instead of a name, or besides
+///   pivot = [0, 0, 0]                 # of a rotation or scale; the mean of all vertices, or where a light or implicit surface stands, unless given
 ///   bounds = [0, 1]                   # those of the parameter, unless given
 ///   start = [0.1, 0, 0]               # where the scene is, unless given
 ///   [dtu]                             # in the place of views: photographs, masks and cameras as of DTU and IDR

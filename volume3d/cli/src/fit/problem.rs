@@ -3,11 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, anyhow, bail};
+use glam::DVec3;
 use volume3d::Image;
 use volume3d::gradient::{ActiveParameters, Estimator, Gradient, GradientError, Pilot, Progress, Survey};
 use volume3d::io::{read_bytes, read_text};
 use volume3d::optimize::{
-    Adam, Fit, GridSteps, LargeSteps, MaskTerm, Objective, Optimizer, Parameters, Penalty, Plan, Quantity,
+    Adam, Fit, GridSteps, Group, LargeSteps, MaskTerm, Member, Objective, Optimizer, Parameters, Penalty,
+    Plan, Quantity,
 };
 use volume3d::scene::Scene;
 use volume3d::sdf::{Baked, Grid, Guided};
@@ -15,8 +17,9 @@ use volume3d::sdf::{Baked, Grid, Guided};
 use super::super::contact;
 use super::super::method::{self, Method, MethodOptions};
 use super::super::session::{Bar, Loaded, silent};
-use super::config::{Config, MasksConfig, ParameterConfig, RegularizerConfig, definitions, parse};
+use super::config::{Config, MasksConfig, RegularizerConfig, definitions, parse};
 use super::folder::Folder;
+use super::parameter::ParameterConfig;
 use super::views::views;
 
 /// All that a fit begins with.
@@ -52,7 +55,7 @@ impl Problem {
         let follows = |q: &Quantity| {
             matches!(q, Quantity::CameraTranslation | Quantity::CameraRotation | Quantity::FieldOfView)
         };
-        if let Some(camera) = parameters.groups().iter().find(|g| follows(&g.quantity))
+        if let Some(camera) = parameters.groups().iter().find(|g| g.members().any(|m| follows(&m.quantity)))
             && (views.len() > 1 || views.iter().any(|v| v.camera.is_some()))
         {
             bail!("{}: `{}` needs a single view, without a camera of its own", path.display(), camera.name);
@@ -85,7 +88,7 @@ impl Problem {
         };
         let optimizers = config.parameters.iter().zip(parameters.groups());
         let optimizers =
-            optimizers.map(|(p, group)| optimizer(p, group.quantity, &scene)).collect::<anyhow::Result<_>>();
+            optimizers.map(|(p, group)| optimizer(p, group, &scene)).collect::<anyhow::Result<_>>();
         let optimizers = optimizers.map_err(|e| anyhow!("{}: {e}", path.display()))?;
         let fit = Fit::new(parameters, x, objective, optimizers, plan);
         let fit = if let Some(decay) = config.parameter_mean { fit.averaged(decay) } else { fit };
@@ -97,15 +100,7 @@ impl Problem {
 fn masks(config: &MasksConfig, scene: &Scene, parameters: &Parameters) -> anyhow::Result<MaskTerm> {
     let id = &config.shape;
     let implicit = scene.find_implicit(id).map_err(|e| anyhow!("[masks]: {e}"))?;
-    let moves = |quantity: Quantity| {
-        [
-            Quantity::Sdf { implicit },
-            Quantity::ImplicitTranslation { implicit },
-            Quantity::ImplicitRotation { implicit },
-        ]
-        .contains(&quantity)
-    };
-    if !parameters.groups().iter().any(|group| moves(group.quantity)) {
+    if !parameters.active(scene).implicits[implicit] {
         bail!("[masks]: nothing of `{id}` is fitted");
     }
     Ok(MaskTerm { implicit, loss: config.loss()? })
@@ -114,7 +109,7 @@ fn masks(config: &MasksConfig, scene: &Scene, parameters: &Parameters) -> anyhow
 /// A term for a shape that is fitted.
 fn penalty(config: &RegularizerConfig, scene: &Scene, parameters: &Parameters) -> anyhow::Result<Penalty> {
     let RegularizerConfig { shape: id, weight, .. } = config;
-    let is_fitted = |quantity: Quantity| parameters.groups().iter().any(|group| group.quantity == quantity);
+    let is_fitted = |quantity: Quantity| parameters.groups().iter().any(|group| group.has(quantity));
     let Some(regularizer) = config.regularizer() else {
         let implicit = scene.find_implicit(id).map_err(|e| anyhow!("regularizer: {e}"))?;
         let surface = &scene.description().implicits[implicit].surface;
@@ -135,13 +130,20 @@ fn penalty(config: &RegularizerConfig, scene: &Scene, parameters: &Parameters) -
     Ok(Penalty::Mesh { shape, regularizer, weight: *weight })
 }
 
-fn optimizer(parameter: &ParameterConfig, quantity: Quantity, scene: &Scene) -> anyhow::Result<Optimizer> {
+fn optimizer(parameter: &ParameterConfig, group: &Group, scene: &Scene) -> anyhow::Result<Optimizer> {
     let ParameterConfig { rate, uniform, large_steps, redistance, ref refine, finish, beta1, beta2, .. } =
         *parameter;
     let mut adam = Adam::new(rate);
     (adam.beta1, adam.beta2, adam.uniform) = (beta1, beta2, uniform);
     let plain = Optimizer { clamp: parameter.clamp, ..adam.clone().into() };
-    Ok(match quantity {
+    let steps_of_its_own = large_steps.is_some() || redistance || !refine.is_empty() || finish.is_some();
+    if steps_of_its_own && group.members().any(|member| member != Member::from(group.quantity)) {
+        let name = &parameter.name;
+        bail!(
+            "large_steps, redistance, refine and finish are for a whole parameter that is tied to no other, not for `{name}`"
+        );
+    }
+    Ok(match group.quantity {
         Quantity::VertexPositions { shape } => {
             let mesh = &scene.description().shapes[shape].mesh;
             let large_steps = large_steps.map(|lambda| LargeSteps::new(mesh, lambda)).transpose()?;
@@ -162,7 +164,7 @@ fn optimizer(parameter: &ParameterConfig, quantity: Quantity, scene: &Scene) -> 
             let name = &parameter.name;
             bail!("finish is for a network on a grid (<shape type=\"sdfnetwork\">), and `{name}` is none");
         }
-        _ if large_steps.is_some() || redistance || !refine.is_empty() || finish.is_some() => {
+        _ if steps_of_its_own => {
             let smoothing = large_steps.unwrap_or(0.0);
             let grid = GridSteps { smoothing, redistance, refine: refine.clone(), finish };
             Optimizer { grid: Some(grid), ..plain }
@@ -172,14 +174,21 @@ fn optimizer(parameter: &ParameterConfig, quantity: Quantity, scene: &Scene) -> 
 }
 
 fn parameters(config: &Config, scene: &Scene) -> anyhow::Result<Parameters> {
-    let names: Vec<&String> = config.parameters.iter().map(|p| &p.name).collect();
-    let mut parameters = Parameters::new(scene, &names)?;
-    for (group, ParameterConfig { name, bounds, .. }) in config.parameters.iter().enumerate() {
+    let names: Vec<Vec<&str>> = config.parameters.iter().map(ParameterConfig::names).collect();
+    let mut parameters = Parameters::tied(scene, &names)?;
+    for (group, ParameterConfig { name, bounds, pivot, .. }) in config.parameters.iter().enumerate() {
+        if let Some(pivot) = *pivot {
+            let has_pivot = |q: Quantity| matches!(q, Quantity::Rotation { .. } | Quantity::Scale { .. });
+            if !parameters.groups()[group].members().all(|member| has_pivot(member.quantity)) {
+                bail!(
+                    "a pivot is for the rotation or scale of something other than the camera, not for `{name}`"
+                );
+            }
+            parameters = parameters.with_pivot(group, DVec3::from_array(pivot));
+        }
         let Some(bounds) = *bounds else { continue };
         match parameters.groups()[group].quantity {
-            Quantity::Rotation { .. } | Quantity::CameraRotation => {
-                bail!("`{name}`: a rotation has no bounds")
-            }
+            _ if parameters.groups()[group].turns() => bail!("`{name}`: a rotation has no bounds"),
             Quantity::Scale { .. } if bounds[0] <= 0.0 => bail!("`{name}`: the least scale is above 0"),
             _ => parameters = parameters.with_bounds(group, bounds),
         }

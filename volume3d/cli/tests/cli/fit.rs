@@ -144,9 +144,40 @@ fn what_cannot_be_fitted_is_refused() {
         ("steps = 4", "steps = 4\nparameter_mean = 1", "parameter_mean is 1", "0.95 is usual"),
         ("spp = 2", "spp = 0", "gradient.spp is 0", "from 1 to"),
         ("spp = 2", "spp = 2, method = \"edges\"", "`edges`", "edge"),
-        ("block.tr", "blok.tr", "no shape `blok`", "closest first, there are: `block`"),
+        ("block.tr", "blok.tr", "nothing is called `blok`", "did you mean `block`"),
         ("block.translation", "block.tanslation", "`block.tanslation`", "SHAPE.translation"),
         ("block.tr", "camera.tr", "`camera.translation`", "a single view"),
+        ("name = \"block.translation\"", "", "a [[parameter]] has no name", "tie = ["),
+        (
+            "name = \"block.translation\"",
+            "tie = [\"block.translation\", \"lamp.radiance\"]",
+            "`lamp.radiance` and `block.translation` cannot be tied",
+            "from 0 to inf",
+        ),
+        (
+            "rate = 0.05",
+            "rate = 1\ntie = [\"metal.roughness\"]",
+            "`metal.roughness` and `block.translation` cannot be tied",
+            "they are 1 and 3 numbers",
+        ),
+        (
+            "name = \"block.translation\"\nrate = 0.05\nstart = [0.1, 0.1, 0]",
+            "tie = [\"block.vertex_positions\", \"block.vertex_positions.x\"]\nrate = 1\nlarge_steps = 1",
+            "`block.vertex_positions.x` is the same parameter",
+            "block.vertex_positions",
+        ),
+        (
+            "name = \"block.translation\"\nrate = 0.05\nstart = [0.1, 0.1, 0]",
+            "name = \"block.vertex_positions.x\"\nrate = 1\nlarge_steps = 1",
+            "large_steps is for vertex_positions",
+            "block.vertex_positions.x",
+        ),
+        (
+            "rate = 0.05",
+            "rate = 1\npivot = [0, 0, 0]",
+            "a pivot is for the rotation or scale",
+            "`block.translation`",
+        ),
         ("rate = 0.05", "rate = 0", "the rate of `block.translation` is 0", "positive"),
         ("rate = 0.05", "rate = 1\nbounds = [1, 0]", "bounds", "in order"),
         ("rate = 0.05", "rate = 1\nlarge_steps = 1", "large_steps is for vertex_positions", "block"),
@@ -179,6 +210,27 @@ fn what_cannot_be_fitted_is_refused() {
         write_png(&place.path("photo.png"), &photo).unwrap();
         place.fail("fit fit.toml -o run", 1, &[words, more]);
         assert!(!place.path("run/state.bin").exists(), "{instead}");
+    }
+}
+
+/// Two blocks that go the same way, by one component each.
+#[test]
+fn tied_parameters_have_the_same_values() {
+    let tied = CONFIG
+        .replace("name = \"block.translation\"", "tie = [\"block.translation.x\", \"sheet.translation.x\"]")
+        .replace("start = [0.1, 0.1, 0]", "start = [0.1]");
+    let place = place(&tied);
+    place.succeed("fit fit.toml -o run");
+    let table = String::from_utf8(place.bytes("run/parameters.csv")).unwrap();
+    let row = table.lines().nth(1).unwrap();
+    let value: f64 = row.strip_prefix("block.translation.x,0,").unwrap().parse().unwrap();
+    assert!(table.lines().count() == 2 && value != 0.1, "{table}");
+    let before = load_scene(&place.path("scene.xml")).unwrap();
+    let after = load_scene(&place.path("run/fit.xml")).unwrap();
+    for shape in [0, 2] {
+        let first = |d: &volume3d::scene::Description| d.shapes[shape].mesh.positions()[0];
+        let moved = first(&after) - first(&before);
+        assert!((moved - value * DVec3::X).length() < 1e-6, "{moved} {value}");
     }
 }
 

@@ -108,6 +108,9 @@ fn everything_moves() {
         "block:scale:-1,0,0:1",
         "sheet:vertex:5:-1,0,0",
         "lamp:radiance:1,1,1",
+        "all:rotate:0,0,0:0,0.3,1",
+        "lights:translate:1,0.3,-1",
+        "paper:texture:1,1,1",
         "plain:reflectance:1,0,0",
         "metal:roughness:1",
         "camera:translate:0,0,-1",
@@ -237,11 +240,21 @@ fn forward_and_reverse_are_transposes() {
     let wanted: String = names.iter().map(|n| format!(" --wrt {n}")).collect();
     let common = "--method warped-area --spp 8 --seed 5";
     place.succeed(&format!("gradient scene.xml --adjoint adj.exr {wanted} -o out {common}"));
+    // What overlaps with these is asked for by itself.
+    for name in ["all.translation", "block.rotation.y", "sheet.vertex_positions.z", "paper.texture.g"] {
+        place.succeed(&format!("gradient scene.xml --adjoint adj.exr --wrt {name} -o out {common}"));
+    }
     let gradient = |name: &str| place.npy(&format!("out/{name}.npy"));
     assert_eq!(gradient("sheet.vertex_positions").shape, [6, 3]);
     assert_eq!(gradient("paper.texture").shape, [1, 2, 3]);
     assert_eq!(gradient("camera.fov").shape, [0; 0]);
     assert_eq!(gradient("lamp.radiance").shape, [3]);
+    assert_eq!(gradient("block.rotation.y").shape, [0; 0]);
+    assert_eq!(gradient("sheet.vertex_positions.z").shape, [6]);
+    assert_eq!(gradient("paper.texture.g").shape, [1, 2]);
+    let third = |values: &[f64]| values.iter().skip(2).step_by(3).copied().collect::<Vec<f64>>();
+    let heights = third(&gradient("sheet.vertex_positions").values);
+    assert_eq!(gradient("sheet.vertex_positions.z").values, heights);
 
     // A parameter asked for alone has the same derivative, whichever way the adjoint is stored.
     let one = "--wrt sheet.vertex_positions -o one.npy";
@@ -261,6 +274,10 @@ fn forward_and_reverse_are_transposes() {
         ("camera:rotate:1,2,-3", (0, "camera.rotation"), [1.0, 2.0, -3.0]),
         ("camera:fov:2", (0, "camera.fov"), [2.0, 0.0, 0.0]),
         ("metal:roughness:2", (0, "metal.roughness"), [2.0, 0.0, 0.0]),
+        ("paper:texture:1,0:1,2,-3", (3, "paper.texture"), [1.0, 2.0, -3.0]),
+        ("paper:texture:0,0:0,2,0", (0, "paper.texture.g"), [2.0, 0.0, 0.0]),
+        ("all:translate:1,2,-3", (0, "all.translation"), [1.0, 2.0, -3.0]),
+        ("block:rotate:-.9,0,0:0,2,0", (0, "block.rotation.y"), [2.0, 0.0, 0.0]),
     ];
     for (change, (at, name), rate) in cases {
         place.succeed(&format!("gradient scene.xml --move {change} -o f.npy {common}"));

@@ -36,15 +36,29 @@ fn failures_say_what_to_do() {
         ("render scene.xml", 2, "--output"),
         ("paint scene.xml", 2, "paint"),
         ("gradient scene.xml -o a.exr", 2, "--move, or --adjoint"),
-        ("gradient scene.xml --move sheet:jump:1 -o a.exr", 2, "SHAPE:translate:x,y,z"),
+        ("gradient scene.xml --move sheet:jump:1 -o a.exr", 2, "THING:translate:x,y,z"),
         ("gradient scene.xml --move sheet:translate:1,2 -o a.exr", 2, "three numbers"),
         ("gradient scene.xml --move sheet:scale:0,0,0:nan -o a.exr", 2, "finite number"),
-        ("gradient scene.xml --move sheat:translate:1,0,0 -o a.exr", 1, "there are: `sheet`, "),
-        ("gradient scene.xml --move mettle:roughness:1 -o a.exr", 1, "there are: `metal`, "),
+        (
+            "gradient scene.xml --move sheat:translate:1,0,0 -o a.exr",
+            1,
+            "nothing is called `sheat`; did you mean `sheet`",
+        ),
+        ("gradient scene.xml --move mettle:roughness:1 -o a.exr", 1, "a parameter `roughness` have: `metal`"),
         ("gradient scene.xml --move sheet:vertex:6:1,0,0 -o a.exr", 1, "its 6 vertices count from 0"),
-        ("gradient scene.xml --move sheet:radiance:1,0,0 -o a.exr", 1, "that emit: `lamp`"),
-        ("gradient scene.xml --move paper:reflectance:1,0,0 -o a.exr", 1, "has a texture"),
-        ("gradient scene.xml --move plain:roughness:1 -o a.exr", 1, "with one: `metal`"),
+        (
+            "gradient scene.xml --move sheet:radiance:1,0,0 -o a.exr",
+            1,
+            "closest first, a parameter `radiance` have: `lamp`",
+        ),
+        (
+            "gradient scene.xml --move paper:reflectance:1,0,0 -o a.exr",
+            1,
+            "--move paper takes `paper:texture:r,g,b`",
+        ),
+        ("gradient scene.xml --move plain:roughness:1 -o a.exr", 1, "a parameter `roughness` have: `metal`"),
+        ("gradient scene.xml --move lamp:irradiance:1,1,1 -o a.exr", 1, "takes `lamp:vertex:INDEX:x,y,z`"),
+        ("gradient scene.xml --move paper:texture:2,0:1,0,0 -o a.exr", 1, "it is 2 × 1, counted from 0"),
         (&format!("{moved} -o a.exr --method magic"), 2, "warped-area"),
         (&format!("{moved} -o a.exr --step 0.1"), 2, "--method finite-difference"),
         (&format!("{moved} -o a.exr --method interior --aux 4"), 2, "--method warped-area"),
@@ -54,8 +68,9 @@ fn failures_say_what_to_do() {
         (&format!("{moved} -o a.exr --adjoint adj.exr --wrt camera.fov"), 2, "cannot be used with"),
         (&format!("{reverse} -o a.npy"), 2, "--wrt"),
         (&format!("{reverse} --wrt sheet -o a.npy"), 2, "SHAPE.vertex_positions"),
-        (&format!("{reverse} --wrt sheet.texture -o a.npy"), 1, "no material `sheet`"),
-        (&format!("{reverse} --wrt plain.texture -o a.npy"), 1, "with a texture: `paper`"),
+        (&format!("{reverse} --wrt sheet.texture -o a.npy"), 1, "what belongs to it has `plain.reflectance`"),
+        (&format!("{reverse} --wrt sheet.translation.r -o a.npy"), 1, "has the components x, y and z"),
+        (&format!("{reverse} --wrt plain.texture -o a.npy"), 1, "a parameter `texture` have: `paper`"),
         (&format!("{reverse} --wrt camera.fov -o a.exr"), 1, "is written as .npy"),
         (&format!("{reverse} --wrt camera.fov --wrt sheet.vertex_positions -o a.npy"), 1, "need a folder"),
         (&format!("{reverse} --wrt camera.fov --method finite-difference -o a.npy"), 2, "no reverse mode"),
@@ -90,6 +105,15 @@ fn what_no_warp_sees_is_refused_by_name() {
     assert!(refused.contains(reason), "{refused} {linted}");
     assert!(!place.succeed("lint scene.xml --move bulb:intensity:1,1,1").contains("WRONG"));
     assert!(place.succeed("info scene.xml").contains("light `bulb` has no extent"));
+    // Its light falls on a sheet before a wall: it casts a shadow.
+    let shifted = "gradient scene.xml --move bulb:translate:1,0,0 -o a.exr --spp 2";
+    place.fail(shifted, 1, &["point light `bulb` casts shadows without a penumbra"]);
+    let text = place.succeed(&format!("{shifted} --method edge --allow-missing point-light"));
+    assert!(text.contains("the motion of the shadows of point light `bulb`"), "{text}");
+    place.write_adjoint(vec![DVec3::ONE; 64]);
+    let reverse = "gradient scene.xml --adjoint adj.exr --wrt bulb.translation -o a.npy --spp 2";
+    place.fail(reverse, 1, &["point light `bulb` casts shadows without a penumbra"]);
+    place.succeed(&format!("{reverse} --method edge --allow-missing point-light"));
 }
 
 /// A slab whose front is flush with that of the table on which it slides.
@@ -207,12 +231,14 @@ fn light_has_the_name_of_its_kind() {
     let place =
         Place::with("<emitter type='constant' id='sky'><rgb name='radiance' value='1,1,1'/></emitter>");
     place.write_adjoint(vec![DVec3::ONE; 64]);
-    for (id, what) in [("sky", "the environment"), ("lamp", "a shape that emits")] {
+    for (id, what) in [("sky", "a constant environment"), ("lamp", "a shape that emits")] {
         for kind in ["irradiance", "intensity"] {
-            let words = format!("`{id}` is {what}, whose light is its radiance: `{id}.radiance`");
+            let (words, parameter) =
+                (format!("`{id}` is {what}, whose parameters are "), format!("`{id}.radiance`"));
             let reverse = format!("gradient scene.xml --adjoint adj.exr --wrt {id}.{kind} -o a.npy");
-            place.fail(&reverse, 1, &[&words]);
-            place.fail(&format!("gradient scene.xml --move {id}:{kind}:1,1,1 -o a.exr"), 1, &[&words]);
+            place.fail(&reverse, 1, &[&words, &parameter]);
+            let forward = format!("gradient scene.xml --move {id}:{kind}:1,1,1 -o a.exr");
+            place.fail(&forward, 1, &[&words, &parameter, &format!("`{id}:radiance:r,g,b`")]);
         }
     }
 }

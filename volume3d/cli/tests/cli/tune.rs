@@ -124,7 +124,7 @@ fn what_cannot_be_tuned_says_why() {
     let before = place.bytes("scene.xml");
     let cases = [
         ("tune scene.xml", 2, "say what changes: --move"),
-        ("tune scene.xml --move sheat:translate:1,0,0", 1, "there are: `sheet`, "),
+        ("tune scene.xml --move sheat:translate:1,0,0", 1, "did you mean `sheet`"),
         (&format!("{MOVED} -o a.png"), 1, "the picture is written as .svg"),
         (&format!("{MOVED} --csv a.txt"), 1, "the table is written as .csv"),
         (&format!("{MOVED} --csv none/a.csv"), 1, "there is no folder none"),

@@ -203,7 +203,10 @@ impl Pilot {
             return Err(GradientError::Adjoint { found: adjoint.size(), film: scene.size() });
         }
         let change = self.stand_in(scene, active);
-        let smooth = active.lights || active.poses || active.materials.contains(&true);
+        let smooth = active.lights
+            || active.environment_rotation
+            || active.moves_lights()
+            || active.materials.contains(&true);
         self.look(scene, &change, adjoint, smooth, progress)
     }
 

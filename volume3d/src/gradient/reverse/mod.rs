@@ -120,9 +120,9 @@ impl<'s, 't> Reverse<'s, 't> {
         }
     }
 
-    /// The pose of a light, if poses are active.
-    fn turn(&self, row: u32) -> Option<Vec3<Recorded<'t>>> {
-        self.inputs.active.poses.then(|| self.vector(row, DVec3::ZERO, true))
+    /// A shift or turn, if it is active.
+    fn turn(&self, row: u32, active: bool) -> Option<Vec3<Recorded<'t>>> {
+        active.then(|| self.vector(row, DVec3::ZERO, true))
     }
 
     fn rgb(&self, row: u32, value: DVec3, active: bool) -> Rgb<Recorded<'t>> {
@@ -252,7 +252,11 @@ impl<'t> Calculus for Reverse<'_, 't> {
     }
 
     fn pose(&self, light: usize) -> Option<Vec3<Recorded<'t>>> {
-        self.turn(self.inputs.rows.pose(light))
+        self.turn(self.inputs.rows.pose(light), self.inputs.active.poses[light])
+    }
+
+    fn light_turn(&self, light: usize) -> Option<Vec3<Recorded<'t>>> {
+        self.turn(self.inputs.rows.light_rotation(light), self.inputs.active.poses[light])
     }
 
     fn environment(&self, value: DVec3) -> Rgb<Recorded<'t>> {
@@ -260,7 +264,7 @@ impl<'t> Calculus for Reverse<'_, 't> {
     }
 
     fn environment_turn(&self) -> Option<Vec3<Recorded<'t>>> {
-        self.turn(self.inputs.rows.environment_turn())
+        self.turn(self.inputs.rows.environment_turn(), self.inputs.active.environment_rotation)
     }
 
     fn camera(&self) -> Option<CameraMotion<Recorded<'t>>> {

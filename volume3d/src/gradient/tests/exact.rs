@@ -95,6 +95,7 @@ fn what_no_warp_sees_is_refused() {
     let grey = d.add_material(Material::diffuse("grey", DVec3::splat(0.5)));
     d.add_shape("floor", Mesh::rectangle().transformed(&down()), grey);
     let mut lit = d.clone();
+    lit.add_shape("lid", Mesh::rectangle().transformed(&(at(0.2, 0.5, 0.0, 0.3) * down())), grey);
     let (position, intensity) = (DVec3::new(0.3, 2.0, 0.1), DVec3::ONE);
     lit.lights.push(Light::Point { id: "bulb".to_owned(), position, intensity });
     let lit = Scene::new(lit).unwrap();
@@ -124,10 +125,10 @@ fn what_no_warp_sees_is_refused() {
     refuses(&mirror, &moves, &shape, &reflects);
     let (mut poses, mut active) = (Tangent::still(&lit), ActiveParameters::nothing(&lit));
     poses.pose[0] = DVec3::X;
-    active.poses = true;
+    active.poses[0] = true;
     refuses(&lit, &poses, &active, &Unsupported::Delta { light: "bulb".to_owned() });
     // A light's intensity moves no shadow.
-    active.poses = false;
+    active.poses[0] = false;
     active.lights = true;
     let result =
         WarpedArea::default().reverse(&lit, &Image::constant(4, 4, DVec3::ONE), &active, &Progress::none());

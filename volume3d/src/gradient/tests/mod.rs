@@ -15,6 +15,7 @@ mod materials;
 mod media;
 mod missing;
 mod mixtures;
+mod moving_lights;
 mod pilot;
 mod pixel_borders;
 pub(crate) mod scenes;

@@ -130,7 +130,7 @@ impl WarpedArea {
     ///
     /// # Errors
     /// [`GradientError`]: `Unsupported` if geometry moves in front of ideal mirrors or under lights without
-    /// extent, `Tangent` if the tangent belongs to another scene, `Samples`, `Reach`, `Softness`,
+    /// extent, or such a light moves that casts shadows, `Tangent` if the tangent belongs to another scene, `Samples`, `Reach`, `Softness`,
     /// `ImplicitField`, `Allocation` and `Warp` for parameters out of range, and `Stopped`.
     pub fn forward(
         &self,
@@ -163,7 +163,7 @@ impl WarpedArea {
     ///
     /// # Errors
     /// [`GradientError`]: `Unsupported` if geometry is active in front of ideal mirrors or under lights
-    /// without extent, `Adjoint` if the adjoint image differs from the film in size, `Samples`, `Reach`,
+    /// without extent, or such a light moves that casts shadows, `Adjoint` if the adjoint image differs from the film in size, `Samples`, `Reach`,
     /// `Softness`, `ImplicitField`, `Allocation` and `Warp` for parameters out of range, and `Stopped`.
     pub fn reverse(
         &self,

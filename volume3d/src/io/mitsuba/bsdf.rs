@@ -9,7 +9,7 @@ use super::object::Object;
 use super::reader::Reader;
 use super::support;
 use crate::io::{Error, ImageProblem, SceneProblem};
-use crate::scene::{Blend, Bsdf, Material, Reflectance, Relief, Roughness, Value};
+use crate::scene::{Alias, Blend, Bsdf, Material, Reflectance, Relief, Roughness, Value};
 
 /// Mitsuba's diffuse reflectance where none is given.
 pub(super) const DEFAULT_REFLECTANCE: f64 = 0.5;
@@ -41,6 +41,7 @@ impl<'a> Reader<'a> {
         let mut object = Object::new(element, &self.ids)?;
         let (mut two_sided, mut opacity, mut relief) = (false, None, None);
         let (mut blend, mut back) = (None, None);
+        let mut within = vec![];
         loop {
             let what = object.plugin;
             let twice = match what {
@@ -71,6 +72,7 @@ impl<'a> Reader<'a> {
             }
             object.finish()?;
             object = Object::new(inner, &self.ids)?;
+            within.extend(object.element.attribute("id"));
         }
         let passed = passed(&object)?;
         let (bsdf, roughness_textures) = self.bsdf(&object)?;
@@ -104,8 +106,10 @@ impl<'a> Reader<'a> {
         let id = self.name(element, self.materials.len());
         let material = Material::new(&id, bsdf, two_sided);
         self.materials.push(Material { opacity, relief, roughness_textures, blend, back, ..material });
-        self.material_of.insert(std::ptr::from_ref(element), self.materials.len() - 1);
-        Ok(self.materials.len() - 1)
+        let material = self.materials.len() - 1;
+        self.material_of.insert(std::ptr::from_ref(element), material);
+        self.aliases.extend(within.into_iter().map(|id| Alias { id: id.to_owned(), material }));
+        Ok(material)
     }
 
     /// Whether a material may be one of two.

@@ -7,7 +7,7 @@ use super::object::Object;
 use super::reader::Reader;
 use super::{support, transform};
 use crate::io::{Error, SceneProblem};
-use crate::scene::Placement;
+use crate::scene::{Instances, Placement};
 
 impl<'a> Reader<'a> {
     /// Nothing by itself: what instances copy.
@@ -16,7 +16,8 @@ impl<'a> Reader<'a> {
         object.finish()
     }
 
-    /// A copy of every shape of a group, with vertices of its own: `INSTANCE_MEMBER` by name.
+    /// A copy of every shape of a group, with vertices of its own: `INSTANCE_MEMBER` by name. All of them
+    /// move as one by the instance's name, and those of all instances by the group's.
     pub(super) fn instance(&mut self, element: &'a Element, object: &Object<'a>) -> Result<(), Error> {
         let to_world = object.transform("to_world")?;
         let map = match to_world {
@@ -63,6 +64,22 @@ impl<'a> Reader<'a> {
                 rotation: rotation * turned,
                 translation: map.transform_point3(translation),
             };
+        }
+        let shapes = first..self.shapes.len();
+        let implicits = first_implicit..self.implicits.len();
+        let all = |id: String| Instances {
+            id,
+            shapes: shapes.clone().collect(),
+            implicits: implicits.clone().collect(),
+        };
+        self.instances.push(all(name));
+        let Some(id) = group.element.attribute("id") else { return Ok(()) };
+        match self.instances.iter_mut().find(|instances| instances.id == id) {
+            Some(instances) => {
+                instances.shapes.extend(shapes);
+                instances.implicits.extend(implicits);
+            }
+            None => self.instances.push(all(id.to_owned())),
         }
         Ok(())
     }

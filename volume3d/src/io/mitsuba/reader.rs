@@ -10,7 +10,7 @@ use super::element::{Element, Open};
 use super::journal::Journal;
 use super::object::Ids;
 use crate::io::{Error, SceneProblem};
-use crate::scene::{Environment, ImplicitShape, Light, Material, Medium, Shape, Texture};
+use crate::scene::{Alias, Environment, ImplicitShape, Instances, Light, Material, Medium, Shape, Texture};
 
 /// What has been read so far. Materials and textures may be shared: they are found again by their element.
 pub(super) struct Reader<'a> {
@@ -36,6 +36,10 @@ pub(super) struct Reader<'a> {
     pub(super) implicits: Vec<ImplicitShape>,
     pub(super) lights: Vec<Light>,
     pub(super) environment: Option<Environment>,
+    /// Shapes that were copied as one.
+    pub(super) instances: Vec<Instances>,
+    /// Names of what is within materials.
+    pub(super) aliases: Vec<Alias>,
     /// Whether the integrator would see media.
     pub(super) sees_media: bool,
     /// The elements with an attribute within.
@@ -69,6 +73,8 @@ impl<'a> Reader<'a> {
             implicits: vec![],
             lights: vec![],
             environment: None,
+            instances: vec![],
+            aliases: vec![],
             sees_media: false,
             asking: HashSet::new(),
             attributes: None,
@@ -108,6 +114,7 @@ impl<'a> Reader<'a> {
         for name in self.materials.drain(materials..).map(|material| material.id) {
             self.names.remove(&name);
         }
+        self.aliases.retain(|alias| alias.material < materials);
         for name in self.textures.drain(textures..).map(|texture| texture.id) {
             self.names.remove(&name);
         }

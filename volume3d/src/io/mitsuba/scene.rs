@@ -103,6 +103,7 @@ impl Reader<'_> {
             return Err(scene.missing("a <sensor>"));
         };
         let Self { textures, materials, media, shapes, implicits, lights, environment, .. } = self;
+        let (instances, aliases) = (self.instances, self.aliases);
         let description = Description {
             camera,
             film,
@@ -118,6 +119,8 @@ impl Reader<'_> {
             tracer: SPHERE_TRACING,
             lights,
             environment,
+            instances,
+            aliases,
         };
         Ok((description, notes))
     }

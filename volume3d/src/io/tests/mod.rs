@@ -13,6 +13,7 @@ mod layers;
 mod materials;
 mod media;
 mod mirrors;
+mod names;
 mod network;
 mod npy;
 mod obj;

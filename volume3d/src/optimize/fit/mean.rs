@@ -18,7 +18,7 @@ pub(super) fn after(parameters: &Parameters, mean: &[f64], x: &[f64], decay: f64
         return x.to_vec();
     }
     let mut step: Vec<f64> = x.iter().zip(mean).map(|(x, m)| weight * (x - m)).collect();
-    for group in parameters.groups().iter().filter(|group| group.quantity.turns()) {
+    for group in parameters.groups().iter().filter(|group| group.turns()) {
         let range = group.range.clone();
         let [to, from] = [x, mean].map(|w| DQuat::from_scaled_axis(DVec3::from_slice(&w[range.clone()])));
         let turn = rotation_vector((to * from.inverse()).normalize());

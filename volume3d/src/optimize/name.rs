@@ -1,0 +1,344 @@
+//! Parameters by name.
+
+use std::fmt;
+
+use super::quantity::{Member, Quantity};
+use crate::scene::{Object, Scene, closest_first, listed};
+
+/// A name of no parameter, or names that do not go together.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ParameterError {
+    /// It is not made of what has the parameter, a dot, and a kind of parameter.
+    #[error("`{name}` names no parameter; the nearest form is {nearest}, and all are: {}", FORMS.join(", "))]
+    Form {
+        /// The name.
+        name: String,
+        /// The form that is most alike.
+        nearest: &'static str,
+    },
+    /// Nothing in the scene is called so.
+    #[error("`{name}`: nothing is called `{what}`{}{}", meant(.near), having(.kind, .known))]
+    Unknown {
+        /// The name.
+        name: String,
+        /// What of it is unknown.
+        what: String,
+        /// The most alike name of anything, if it is much alike, and what that is.
+        near: Option<Box<[String; 2]>>,
+        /// The parameter's kind.
+        kind: &'static str,
+        /// The names of what has such a parameter, the most alike first.
+        known: Vec<String>,
+    },
+    /// What is called so has no such parameter.
+    #[error("`{name}`: {lack}")]
+    Lacks {
+        /// The name.
+        name: String,
+        /// What it has instead.
+        lack: Box<Lack>,
+    },
+    /// The parameter has no such component.
+    #[error(
+        "`{name}`: `{parameter}` {}",
+        .components.map_or("has no components".to_owned(), |[a, b, c]| format!("has the components {a}, {b} and {c}"))
+    )]
+    Component {
+        /// The name.
+        name: String,
+        /// The name without the component.
+        parameter: String,
+        /// Those that it has.
+        components: Option<[&'static str; 3]>,
+    },
+    /// Two components of one rotation, or one and the whole.
+    #[error(
+        "`{name}` and `{other}` are of one rotation, whose components do not add up: take one of them, or the whole rotation"
+    )]
+    Rotation {
+        /// The second name.
+        name: String,
+        /// The first.
+        other: String,
+    },
+    /// Its texture is an attribute of a mesh with texels out of range.
+    #[error(
+        "`{name}` is made of an attribute of a mesh, with four texels a triangle, and a fourth one that no triangle shows is \
+         out of range; give the surface an image, whose texels can be fitted"
+    )]
+    Attribute {
+        /// The name.
+        name: String,
+    },
+    /// A parameter is named twice, or two names are of one texture.
+    #[error("`{name}` is the same parameter as `{other}`")]
+    Twice {
+        /// The second name.
+        name: String,
+        /// The first.
+        other: String,
+    },
+    /// Two parameters move one thing in different ways.
+    #[error("`{name}` and `{other}` both move {id}; fit one of them")]
+    Moved {
+        /// The second name.
+        name: String,
+        /// The first.
+        other: String,
+        /// What both move, in words.
+        id: String,
+    },
+    /// Parameters that are tied have different sizes.
+    #[error("`{name}` and `{other}` cannot be tied: they are {size} and {other_size} numbers")]
+    TiedSizes {
+        /// A name.
+        name: String,
+        /// The first name of the tie.
+        other: String,
+        /// How many numbers the one is.
+        size: usize,
+        /// How many the other.
+        other_size: usize,
+    },
+    /// Parameters that are tied have different bounds.
+    #[error("`{name}` and `{other}` cannot be tied: one is from {bounds}, the other from {other_bounds}")]
+    TiedBounds {
+        /// A name.
+        name: String,
+        /// The first name of the tie.
+        other: String,
+        /// Least and greatest value of the one, in words.
+        bounds: String,
+        /// And of the other.
+        other_bounds: String,
+    },
+    /// A rotation is tied to what is none.
+    #[error("`{name}` and `{other}` cannot be tied: only one of them is a rotation")]
+    TiedRotation {
+        /// A name.
+        name: String,
+        /// The first name of the tie.
+        other: String,
+    },
+}
+
+/// Something without a parameter that is asked for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Lack {
+    /// Its name.
+    pub what: String,
+    /// What it is, with an article.
+    pub found: String,
+    /// The names of its parameters.
+    pub has: Vec<String>,
+    /// The names of parameters of what belongs to it.
+    pub related: Vec<String>,
+    /// The kind of parameter that is asked for.
+    pub kind: &'static str,
+    /// The names of what has such a parameter, the most alike first.
+    pub known: Vec<String>,
+}
+
+impl fmt::Display for Lack {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { what, found, has, related, kind, known } = self;
+        write!(f, "`{what}` is {found}{}{}", parameters(has, related), having(kind, known))
+    }
+}
+
+fn meant(near: &Option<Box<[String; 2]>>) -> String {
+    let words = |near: &[String; 2]| format!("; did you mean `{}`, {}?", near[0], near[1]);
+    near.as_deref().map(words).unwrap_or_default()
+}
+
+fn having(kind: &str, known: &[String]) -> String {
+    if known.is_empty() {
+        format!("; nothing in this scene has a parameter `{kind}`")
+    } else {
+        format!("; closest first, a parameter `{kind}` have: {}", listed(known))
+    }
+}
+
+fn parameters(has: &[String], related: &[String]) -> String {
+    let own = if has.is_empty() {
+        " without parameters".to_owned()
+    } else {
+        format!(", whose parameters are {}", listed(has))
+    };
+    let related = if related.is_empty() {
+        String::new()
+    } else {
+        format!("; what belongs to it has {}", listed(related))
+    };
+    own + &related
+}
+
+/// How parameters are named.
+const FORMS: [&str; 22] = [
+    "SHAPE.vertex_positions",
+    "SHAPE.translation",
+    "SHAPE.rotation",
+    "SHAPE.scale",
+    "SHAPE.sdf",
+    "SHAPE.radiance",
+    "SHAPE.radiance_texture",
+    "LIGHT.radiance",
+    "LIGHT.intensity",
+    "LIGHT.irradiance",
+    "LIGHT.translation",
+    "LIGHT.rotation",
+    "LIGHT.texture",
+    "MATERIAL.reflectance",
+    "MATERIAL.roughness",
+    "MATERIAL.texture",
+    "MATERIAL.roughness_texture",
+    "MATERIAL.metallic_texture",
+    "camera.translation",
+    "camera.rotation",
+    "camera.fov",
+    "WHAT.PARAMETER.COMPONENT, such as SHAPE.translation.x or SHAPE.radiance.r",
+];
+
+const COMPONENTS: [&str; 6] = ["x", "y", "z", "r", "g", "b"];
+
+/// The name of a parameter in its parts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NameParts<'n> {
+    /// What has the parameter.
+    pub what: &'n str,
+    /// Which of its parameters.
+    pub kind: &'static str,
+    /// Which number of each vector, if one is named.
+    pub component: Option<&'n str>,
+}
+
+/// Splits a name at its last dot.
+fn split_last(name: &str) -> (&str, &str) {
+    name.rsplit_once('.').unwrap_or(("", name))
+}
+
+impl Quantity {
+    /// Splits the name of a parameter into what has it and which of its parameters it is, for any scene.
+    ///
+    /// # Errors
+    /// [`ParameterError::Form`] if it is no such name.
+    pub fn split_name(name: &str) -> Result<NameParts<'_>, ParameterError> {
+        let is_camera = |what: &str| what == "camera";
+        let known = || FORMS[..FORMS.len() - 1].iter().map(|form| split_last(form));
+        let found = |(what, kind): (&str, &str)| {
+            let fits = |&(of, k): &(&str, &str)| k == kind && is_camera(of) == is_camera(what);
+            known().find(fits).filter(|_| !what.is_empty()).map(|(_, kind)| kind)
+        };
+        let (what, kind) = split_last(name);
+        if let Some(kind) = found((what, kind)) {
+            return Ok(NameParts { what, kind, component: None });
+        }
+        let inner = split_last(what);
+        if let Some(of) = found(inner) {
+            if COMPONENTS.contains(&kind) {
+                return Ok(NameParts { what: inner.0, kind: of, component: Some(kind) });
+            }
+            return Err(ParameterError::Form { name: name.to_owned(), nearest: FORMS[FORMS.len() - 1] });
+        }
+        let distance = |form: &&&str| {
+            let (of, k) = split_last(form);
+            (strsim::osa_distance(kind, k), is_camera(of) != is_camera(what))
+        };
+        let nearest = FORMS[..FORMS.len() - 1].iter().min_by_key(distance).expect("there are forms");
+        Err(ParameterError::Form { name: name.to_owned(), nearest })
+    }
+
+    /// Finds a parameter of a scene by its name; the first if several things have the name.
+    ///
+    /// # Errors
+    /// A [`ParameterError`] that suggests what may have been meant.
+    pub fn find(scene: &Scene, name: &str) -> Result<Member, ParameterError> {
+        Self::find_all(scene, name).map(|found| found[0])
+    }
+
+    /// Finds a parameter of a scene by its name: of everything that has the name, as several materials may
+    /// which a scene file made of one.
+    ///
+    /// # Errors
+    /// A [`ParameterError`] that suggests what may have been meant.
+    pub fn find_all(scene: &Scene, name: &str) -> Result<Vec<Member>, ParameterError> {
+        let NameParts { what, kind, component } = Self::split_name(name)?;
+        let objects = scene.named(what);
+        let of_kind = |object: &Object| {
+            Self::of(scene, *object).into_iter().find(|(k, _)| *k == kind).map(|(_, quantity)| quantity)
+        };
+        let found: Vec<Self> = objects.iter().filter_map(of_kind).collect();
+        let Some(first) = found.first() else {
+            return Err(missing(scene, (name, what, kind), &objects));
+        };
+        let component = match component {
+            None => None,
+            Some(letter) => {
+                let components = first.components();
+                let at = components.and_then(|letters| letters.iter().position(|l| *l == letter));
+                let parameter = format!("{what}.{kind}");
+                let error = ParameterError::Component { name: name.to_owned(), parameter, components };
+                Some(at.ok_or(error)?)
+            }
+        };
+        if found.iter().any(|quantity| quantity.is_attribute_out_of_range(scene)) {
+            return Err(ParameterError::Attribute { name: name.to_owned() });
+        }
+        Ok(found.into_iter().map(|quantity| Member { quantity, component }).collect())
+    }
+}
+
+/// Why a name is of no parameter.
+fn missing(
+    scene: &Scene,
+    (name, what, kind): (&str, &str, &'static str),
+    objects: &[Object],
+) -> ParameterError {
+    let kinds_of = |object: Object| Quantity::of(scene, object).into_iter().map(|(kind, _)| kind);
+    let has_kind = |object: Object| kinds_of(object).any(|k| k == kind);
+    let mut known: Vec<String> =
+        scene.objects().filter(|(object, _)| has_kind(*object)).map(|(_, name)| name.to_owned()).collect();
+    closest_first(what, &mut known);
+    let (name, what_owned) = (name.to_owned(), what.to_owned());
+    let Some(&object) = objects.first() else {
+        let near = scene.objects().min_by_key(|(_, known)| strsim::osa_distance(what, known));
+        let near = near.filter(|(_, known)| strsim::osa_distance(what, known) <= 1 + what.len() / 3);
+        let near = near.map(|(object, known)| Box::new([known.to_owned(), scene.describe(object)]));
+        return ParameterError::Unknown { name, what: what_owned, near, kind, known };
+    };
+    let has = objects.iter().flat_map(|&object| kinds_of(object));
+    let has = has.map(|kind| format!("{what}.{kind}")).collect();
+    let related = objects.iter().flat_map(|&object| belonging(scene, object)).collect();
+    let (what, found) = (what_owned, scene.describe(object));
+    ParameterError::Lacks { name, lack: Box::new(Lack { what, found, has, related, kind, known }) }
+}
+
+/// The names of parameters of what belongs to something: of a shape's materials, and of who looks up a
+/// texture.
+fn belonging(scene: &Scene, object: Object) -> Vec<String> {
+    let d = scene.description();
+    let material = |index: usize| {
+        let id = &d.materials[index].id;
+        let kinds = Quantity::of(scene, Object::Material(index)).into_iter();
+        kinds.map(move |(kind, _)| format!("{id}.{kind}"))
+    };
+    match object {
+        Object::Shape(shape) => {
+            d.parts_of_material(d.shapes[shape].material).into_iter().flat_map(material).collect()
+        }
+        Object::Implicit(implicit) => {
+            d.parts_of_material(d.implicits[implicit].material).into_iter().flat_map(material).collect()
+        }
+        Object::Texture(texture) => {
+            let uses = |object: Object, id: &str| {
+                let of = Quantity::of(scene, object).into_iter();
+                let of =
+                    of.filter(|(_, q)| matches!(q, Quantity::Texture { texture: t, .. } if *t == texture));
+                of.map(|(kind, _)| format!("{id}.{kind}")).collect::<Vec<_>>()
+            };
+            scene.objects().flat_map(|(object, id)| uses(object, id)).collect()
+        }
+        _ => vec![],
+    }
+}

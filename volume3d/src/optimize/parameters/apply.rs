@@ -1,0 +1,182 @@
+//! From a vector of numbers to a scene.
+
+use glam::{DQuat, DVec3};
+
+use super::super::pose::Rest;
+use super::super::quantity::Quantity;
+use super::{Parameters, values};
+use crate::geometry::{Mesh, MeshError};
+use crate::scene::{Environment, Reflectance, Scene, SceneError};
+
+impl Parameters {
+    /// Gives a scene the values x. What does not follow from them stays as it is; see [`Scene::set_meshes`]
+    /// for what it costs.
+    ///
+    /// # Errors
+    /// A [`SceneError`] if a value is out of its range or not finite. Other parameters may have been set by
+    /// then; applying valid values sets all.
+    ///
+    /// # Panics
+    /// If x has another length, or the scene another topology.
+    pub fn apply(&self, x: &[f64], scene: &mut Scene) -> Result<(), SceneError> {
+        assert_eq!(x.len(), self.len, "one number for each parameter");
+        // A camera may be within what moves away, or the other way round.
+        if self.apply_camera(x, scene).is_ok() {
+            self.apply_implicits(x, scene)?;
+        } else {
+            self.apply_implicits(x, scene)?;
+            self.apply_camera(x, scene)?;
+        }
+        self.apply_lights(x, scene)?;
+        for quantity in self.quantities().into_iter().filter(|quantity| stands_alone(*quantity)) {
+            let Some(whole) = self.whole(x, quantity, || values(scene, quantity)) else { continue };
+            apply_alone(quantity, &whole, scene)?;
+        }
+        let meshes: Vec<(usize, Mesh)> =
+            self.meshes(x, scene).map_err(|(id, error)| SceneError::Mesh { id, error })?;
+        if meshes.is_empty() { Ok(()) } else { scene.set_meshes(meshes) }
+    }
+
+    fn apply_implicits(&self, x: &[f64], scene: &mut Scene) -> Result<(), SceneError> {
+        for implicit in 0..scene.description().implicits.len() {
+            let quantity = Quantity::Sdf { implicit };
+            let surface = self.whole(x, quantity, || values(scene, quantity));
+            let placed = self.rests.iter().find_map(|rest| {
+                let at = rest.parts.implicits.iter().position(|&i| i == implicit)?;
+                Some(self.pose(x, rest.object).placement(rest.centre, rest.placements[at]))
+            });
+            if surface.is_none() && placed.is_none() {
+                continue;
+            }
+            let mut shape = scene.description().implicits[implicit].clone();
+            if let Some(parameters) = surface {
+                let made = shape.surface.with_parameters(&parameters);
+                shape.surface = made.map_err(|error| SceneError::Implicit { id: shape.id.clone(), error })?;
+            }
+            shape.placement = placed.unwrap_or(shape.placement);
+            scene.set_implicit(implicit, shape)?;
+        }
+        Ok(())
+    }
+
+    /// Places lights without a surface, and turns the environment.
+    fn apply_lights(&self, x: &[f64], scene: &mut Scene) -> Result<(), SceneError> {
+        for rest in &self.rests {
+            let Rest { object, centre, parts, lights, environment, .. } = rest;
+            let pose = self.pose(x, *object);
+            for (&index, at_rest) in parts.lights.iter().zip(lights) {
+                let mut light = scene.description().lights[index].clone();
+                pose.place(*centre, at_rest, &mut light);
+                scene.set_light(index, light)?;
+            }
+            let Some(at_rest) = environment else { continue };
+            let mut map = scene.description().environment.clone();
+            if let Some(Environment::Map { to_world, .. }) = &mut map {
+                *to_world = pose.turned(*at_rest);
+            }
+            scene.set_environment(map)?;
+        }
+        Ok(())
+    }
+
+    fn apply_camera(&self, x: &[f64], scene: &mut Scene) -> Result<(), SceneError> {
+        let (rest, mut camera) = (&self.camera, scene.description().camera.clone());
+        let shift = self.vector(x, Quantity::CameraTranslation);
+        let pivot = shift.map_or_else(|| camera.pivot(), |shift| rest.pivot() + shift);
+        if let Some(turn) = self.vector(x, Quantity::CameraRotation) {
+            let turn = DQuat::from_scaled_axis(turn);
+            [camera.right, camera.up, camera.forward] =
+                [rest.right, rest.up, rest.forward].map(|axis| turn * axis);
+        }
+        // A perspective camera turns in place.
+        camera.origin = pivot - camera.orthographic.unwrap_or(0.0) * camera.forward;
+        if let Some(angle) = self.whole(x, Quantity::FieldOfView, || vec![camera.field_of_view]) {
+            camera.field_of_view = angle[0];
+        }
+        scene.set_camera(camera)
+    }
+
+    /// The meshes of shapes that are moved, with their shapes; or the name of one that cannot be.
+    fn meshes(&self, x: &[f64], scene: &Scene) -> Result<Vec<(usize, Mesh)>, (String, MeshError)> {
+        let mut moved = vec![];
+        for (index, shape) in scene.description().shapes.iter().enumerate() {
+            let rest = self.rests.iter().find_map(|rest| {
+                let at = rest.parts.shapes.iter().position(|&s| s == index)?;
+                Some((rest, &rest.meshes[at]))
+            });
+            let mut mesh = rest.map_or(&shape.mesh, |(_, mesh)| mesh).clone();
+            let flat = || mesh.positions().iter().flat_map(DVec3::to_array).collect();
+            let own = self.whole(x, Quantity::VertexPositions { shape: index }, flat);
+            if own.is_none() && rest.is_none() {
+                continue;
+            }
+            if let Some(positions) = own {
+                let positions = positions.chunks_exact(3).map(DVec3::from_slice).collect();
+                mesh = mesh.with_positions(positions).map_err(|error| (shape.id.clone(), error))?;
+            }
+            if let Some((rest, _)) = rest {
+                mesh = mesh.transformed(&self.pose(x, rest.object).map(rest.centre));
+            }
+            moved.push((index, mesh));
+        }
+        Ok(moved)
+    }
+}
+
+/// Whether it is of a material, a texture or what lights emit, which nothing else is applied with.
+fn stands_alone(quantity: Quantity) -> bool {
+    match quantity {
+        Quantity::Radiance { .. }
+        | Quantity::EnvironmentRadiance
+        | Quantity::Intensity { .. }
+        | Quantity::Reflectance { .. }
+        | Quantity::Roughness { .. }
+        | Quantity::Texture { .. } => true,
+        Quantity::VertexPositions { .. }
+        | Quantity::Translation { .. }
+        | Quantity::Rotation { .. }
+        | Quantity::Scale { .. }
+        | Quantity::Sdf { .. }
+        | Quantity::CameraTranslation
+        | Quantity::CameraRotation
+        | Quantity::FieldOfView => false,
+    }
+}
+
+/// Sets what stands by itself.
+fn apply_alone(quantity: Quantity, whole: &[f64], scene: &mut Scene) -> Result<(), SceneError> {
+    let vector = || DVec3::from_slice(whole);
+    match quantity {
+        Quantity::Radiance { shape } => scene.set_radiance(shape, Some(vector())),
+        Quantity::EnvironmentRadiance => {
+            let mut environment = scene.description().environment.clone();
+            if let Some(Environment::Constant { radiance, .. }) = &mut environment {
+                *radiance = vector();
+            }
+            scene.set_environment(environment)
+        }
+        Quantity::Intensity { light: index } => {
+            let mut light = scene.description().lights[index].clone();
+            *light.power_mut() = vector();
+            scene.set_light(index, light)
+        }
+        Quantity::Reflectance { material: index } => {
+            let mut material = scene.description().materials[index].clone();
+            *material.bsdf.reflectance_mut() = Reflectance::Constant(vector());
+            scene.set_material(index, material)
+        }
+        Quantity::Roughness { material: index } => {
+            let mut material = scene.description().materials[index].clone();
+            if let Some(alpha) = material.bsdf.roughness_mut() {
+                *alpha = whole[0];
+            }
+            scene.set_material(index, material)
+        }
+        Quantity::Texture { texture: index, .. } => {
+            let mut texture = scene.description().textures[index].clone();
+            texture.texels = whole.chunks_exact(3).map(DVec3::from_slice).collect();
+            scene.set_texture(index, texture)
+        }
+        _ => Ok(()),
+    }
+}
