@@ -43,23 +43,31 @@ use super::signals::{self, is_stop};
 ///   seed = 0                          # the default
 ///   define = { res = "64" }           # for $res in the scene
 ///   views_per_step = 4                # all, unless given
-///   pixels_per_view = 1024            # chosen anew in every step; all, unless given
-///   silhouettes = 2                   # only pixels so near to a silhouette count; all, unless given
+///   pixels_per_view = 1024            # chosen anew in every step; all, unless given; not for the
+///                                     # multiscale loss
+///   silhouettes = 2                   # only pixels so near to a silhouette count; all, unless
+///                                     # given
 ///   background = [0, 0, 0]            # under transparent pictures; a constant sky, unless given
 ///   loss = { kind = "multiscale", levels = 5 }     # the default; or l1, l2, relative with epsilon
-///   gradient = { method = "auto", spp = 16, image_spp = 16 }  # the default: a pilot chooses before the first step
-///   schedule = { kind = "cosine", end = 0 }        # the default; or constant, exponential with end
-///   parameter_mean = 0.95             # none, unless given: what is reported and written at the end is the mean of about so many last steps,
+///   gradient = { method = "auto", spp = 16, image_spp = 16 }  # the default: a pilot chooses
+///                                                             # before the first step
+///   schedule = { kind = "cosine", end = 0 }        # the default; or constant, exponential with
+///                                                  # end
+///   parameter_mean = 0.95             # none, unless given: what is reported and written at the
+///                                     # end is the mean of about so many last steps,
 ///                                     # 1/(1 − 0.95), for rates that do not end at 0
 ///   [reference]
-///   scene = "truth.xml"               # rendered from the camera of each view; its own, if there is a single view without one
+///   scene = "truth.xml"               # rendered from the camera of each view; its own, if there
+///                                     # is a single view without one
 ///   define = { res = "64" }
 ///   spp = 1024                        # the default
 ///   [[view]]                          # one for each picture
 ///   name = "front"
 ///   target = "front.png"              # rendered from the reference, unless given
-///   encoding = "linear"               # or "srgb": what its integers mean, if not what its file says (cICP, sRGB, gAMA of a PNG)
-///   layer = "ViewLayer.Combined"      # of an OpenEXR target: which of several layers, or one channel by the whole of its name
+///   encoding = "linear"               # or "srgb": what its integers mean, if not what its file
+///                                     # says (cICP, sRGB, gAMA of a PNG)
+///   layer = "ViewLayer.Combined"      # of an OpenEXR target: which of several layers, or one
+///                                     # channel by the whole of its name
 ///   weights = "mask.png"              # multiplies the difference of each pixel; 0 to 1, not sRGB
 ///   mask = "object.png"               # white where the shape of [masks] is seen; for [masks] only
 ///   origin = [0, 1, 4]                # the scene's camera, unless given
@@ -70,32 +78,46 @@ use super::signals::{self, is_stop};
 ///   height = 128
 ///   [[parameter]]                     # named as by --wrt of `volume3d gradient`
 ///   name = "bunny.vertex_positions"
-///   rate = 0.01                       # of Adam, in units of the parameter: about the size of a step
-///   large_steps = 20                  # smooth steps of vertices (Nicolet et al. 2021), with one step size; 1 for SHAPE.sdf of a grid
-///   redistance = false                # for SHAPE.sdf of a grid: true makes it distances again after every step
-///   refine = [80, 160]                # for SHAPE.sdf of a grid: steps after which it has half the spacing, and steps half the rate;
+///   rate = 0.01                       # of Adam, in units of the parameter: about the size of a
+///                                     # step
+///   large_steps = 20                  # smooth steps of vertices (Nicolet et al. 2021), with one
+///                                     # step size; 1 for SHAPE.sdf of a grid
+///   redistance = false                # for SHAPE.sdf of a grid: true makes it distances again
+///                                     # after every step
+///   refine = [80, 160]                # for SHAPE.sdf of a grid: steps after which it has half the
+///                                     # spacing, and steps half the rate;
 ///                                     # of a network: after which its grid has
-///   finish = 200                      # for SHAPE.sdf of a network: steps after which it is traced itself, a hundred times slower; never, unless given
+///   finish = 200                      # for SHAPE.sdf of a network: steps after which it is traced
+///                                     # itself, a hundred times slower; never, unless given
 ///   uniform = false                   # the default; true: one step size without smoothing
-///   beta1 = 0.9                       # of Adam: how slowly gradients are forgotten, and their squares
+///   beta1 = 0.9                       # of Adam: how slowly gradients are forgotten, and their
+///                                     # squares
 ///   beta2 = 0.999
-///   clamp = 0.01                      # none, unless given: larger derivatives are cut to it, counted, and biased
-///   tie = ["lamp.radiance", "bulb.intensity"]  # others that have the same values, at first those of the first; instead of a name, or besides
-///   pivot = [0, 0, 0]                 # of a rotation or scale; the mean of all vertices, or where a light or implicit surface stands, unless given
+///   clamp = 0.01                      # none, unless given: larger derivatives are cut to it,
+///                                     # counted, and biased
+///   tie = ["lamp.radiance", "bulb.intensity"]  # others that have the same values, at first those
+///                                     # of the first; instead of a name, or besides
+///   pivot = [0, 0, 0]                 # of a rotation or scale; the mean of all vertices, or where
+///                                     # a light or implicit surface stands, unless given
 ///   bounds = [0, 1]                   # those of the parameter, unless given
 ///   start = [0.1, 0, 0]               # where the scene is, unless given
-///   [dtu]                             # in the place of views: photographs, masks and cameras as of DTU and IDR
-///   folder = "scan65"                 # image/*.png, mask/*.png, cameras.npz; the scene is in the coordinates of its unit ball
+///   [dtu]                             # in the place of views: photographs, masks and cameras as
+///                                     # of DTU and IDR
+///   folder = "scan65"                 # image/*.png, mask/*.png, cameras.npz; the scene is in the
+///                                     # coordinates of its unit ball
 ///   views = [0, 5, 9]                 # all, unless given
 ///   cut = false                       # the default; true: outside of masks is the background
-///   [masks]                           # besides pictures, as IDR does; then method = "interior" leaves silhouettes to it
+///   [masks]                           # besides pictures, as IDR does; then method = "interior"
+///                                     # leaves silhouettes to it
 ///   shape = "thing"                   # an implicit surface
 ///   center = [0, 0, 0]                # of a ball that it is in, in scene units
 ///   radius = 1
-///   weight = 100                      # in that ball's units, unless given; alpha = 50, doubled five times; samples = 100
+///   weight = 100                      # in that ball's units, unless given; alpha = 50, doubled
+///                                     # five times; samples = 100
 ///   [[regularizer]]
 ///   shape = "bunny"
-///   kind = "laplacian"                # or edge-length, normal-consistency; eikonal for a network, weight 0.1
+///   kind = "laplacian"                # or edge-length, normal-consistency; eikonal for a network,
+///                                     # weight 0.1
 ///   weight = 0.1
 ///
 /// PNG targets end at 1, and renderings do not: keep pictures below, or take OpenEXR. Steps are those of Adam; L-BFGS is in the

@@ -437,7 +437,7 @@ fn the_configuration_of_the_help_is_one() {
     let text: Vec<&str> =
         lines.take_while(|line| line.starts_with("  ") && !line.trim().is_empty()).collect();
     let table: toml::Table = text.join("\n").parse().unwrap_or_else(|error| panic!("{error}"));
-    for key in ["scene", "steps", "loss", "reference", "view", "parameter", "dtu", "masks", "regularizer"] {
+    for key in ["loss", "reference", "view", "parameter", "dtu", "masks", "regularizer"] {
         assert!(table.contains_key(key), "{key}: {table:?}");
     }
 }
