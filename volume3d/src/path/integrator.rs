@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::bsdf::{Bounce, Ideal, Sampled, Shading};
 use super::calculus::{Calculus, Kernel, VisibilityDomain, Warped};
 use super::emission::{emitted, radiance_at};
-use super::escape::distant;
+use super::environment::distant;
 use super::kernels::Kernels;
 use super::lights::{LightId, Lights};
 use super::plain::Plain;

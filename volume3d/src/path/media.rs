@@ -12,15 +12,15 @@ use std::f64::consts::TAU;
 use flatland::calculus::Vec3;
 use glam::DVec3;
 
-use super::beam::profile;
 use super::bsdf::{Bounce, Sampled, Shading};
 use super::emission::{emitted, radiance_at};
-use super::escape::distant;
+use super::environment::distant;
 use super::free_flight::free_flight;
 use super::integrator::{Paths, SURVIVAL};
 use super::lights::{LightId, LightSample};
 use super::plain::Plain;
 use super::sequence::Draws;
+use super::spot::profile;
 use super::surface::SurfacePoint;
 use crate::optics::phase;
 use crate::scene::{Hit, Light, Scene, Surface};

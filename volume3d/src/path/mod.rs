@@ -1,11 +1,10 @@
 //! Path tracer: one implementation for the primal image and, over numbers with derivatives, for gradients.
 
-mod beam;
 mod bsdf;
 mod calculus;
 mod emission;
 mod emitter;
-mod escape;
+mod environment;
 mod free_flight;
 mod integrator;
 mod kernels;
@@ -13,9 +12,10 @@ mod lights;
 mod map;
 mod media;
 mod next_event;
+mod normal_map;
 mod plain;
-mod relief;
 mod sequence;
+mod spot;
 mod still;
 mod surface;
 mod texture;

@@ -3,14 +3,14 @@
 use flatland::calculus::{Number, Rgb, Vec3};
 use glam::DVec3;
 
-use super::beam::profile;
 use super::bsdf::Sampled;
 use super::calculus::{Calculus, Warped};
 use super::emission::emitted;
-use super::escape::distant;
+use super::environment::distant;
 use super::integrator::{Paths, Vertex, reflect, warp};
 use super::lights::{LightId, LightSample};
 use super::sequence::Draws;
+use super::spot::profile;
 use crate::scene::{Light, Surface};
 
 impl Paths<'_> {

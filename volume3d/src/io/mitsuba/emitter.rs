@@ -20,7 +20,7 @@ pub(super) fn area<'a>(
         return Err(object.unknown_plugin("emitter", "area, within a shape"));
     }
     let radiance = match object.parameter("radiance").filter(|element| element.tag == "texture") {
-        Some(element) => (DVec3::ONE, Some(beam::slide(reader, element)?)),
+        Some(element) => (DVec3::ONE, Some(spot::slide(reader, element)?)),
         None => (radiant(object, "radiance")?, None),
     };
     object.finish()?;
@@ -45,11 +45,11 @@ pub(super) fn light<'a>(reader: &mut Reader<'a>, element: &'a Element) -> Result
         "directional" => reader.lights.push(directional(&object, id)?),
         "point" => reader.lights.push(point(&object, id)?),
         "spot" => {
-            let light = beam::spot(reader, &object, id)?;
+            let light = spot::spot(reader, &object, id)?;
             reader.lights.push(light);
         }
         "projector" => {
-            let light = beam::projector(reader, &object, id)?;
+            let light = spot::projector(reader, &object, id)?;
             reader.lights.push(light);
         }
         "sky" | "sunsky" if reader.journal.is_lenient => {

@@ -28,7 +28,6 @@
 mod alpha;
 mod animation;
 mod attribute;
-mod beam;
 mod bsdf;
 mod cie;
 mod clip;
@@ -57,6 +56,7 @@ mod scene;
 mod sensor;
 mod shape;
 mod spectrum;
+mod spot;
 mod steps;
 mod substitute;
 mod support;

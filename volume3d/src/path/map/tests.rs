@@ -6,7 +6,7 @@ use flatland::random::{open01, stream};
 use glam::{DAffine2, DMat3};
 
 use super::*;
-use crate::path::escape::distant;
+use crate::path::environment::distant;
 use crate::path::lights::LightId;
 use crate::path::plain::Plain;
 use crate::scene::{Camera, Description, Environment, Film, Filter, Wrap};

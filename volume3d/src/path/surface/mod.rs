@@ -10,7 +10,7 @@ use self::implicit::MovingLevelSet;
 use self::triangle::MovingTriangle;
 use super::bsdf::{Mixed, Numbers, Shading};
 use super::calculus::Calculus;
-use super::relief::Tilted;
+use super::normal_map::Tilted;
 use super::texture::{lookup, luminance};
 use crate::scene::{Bsdf, Reflectance, Relief, Scene, Surface, Value};
 
