@@ -7,7 +7,7 @@ use super::object::Object;
 use super::power::radiant;
 use super::reader::Reader;
 use super::support;
-use super::{beam, transform};
+use super::{spot, transform};
 use crate::io::{Error, ImageProblem, SceneProblem};
 use crate::scene::{Environment, Light, Wrap};
 
