@@ -114,13 +114,8 @@ fn lights() -> Vec<Case> {
         d.lights.push(sun(20.0));
         d
     };
-<<<<<<< HEAD
-    let mut conductor = painted(lobes, [0.3, 0.7]);
-    conductor.materials[0].roughness_textures = [Some(0); 2];
-=======
     let mut conductor = painted(metal(1.0), [0.3, 0.7]);
-    conductor.materials[0].roughness_texture = Some(0);
->>>>>>> from_faults
+    conductor.materials[0].roughness_textures = [Some(0); 2];
     let mut lamp = floor(grey());
     lamp.textures.push(texture("panel", 6, [0.5, 1.0], false));
     let panel = Mesh::rectangle().transformed(&(at(0.1, 1.3, -0.1, 0.3) * up()));
