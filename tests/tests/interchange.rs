@@ -15,7 +15,7 @@ use tests::comparison::{Comparison, Estimate};
 use tests::effort::pick;
 use tests::power::Power;
 use tests::statistics::student;
-use volume3d::gradient::{GradientError, Pilot, Progress, Tangent, render};
+use volume3d::gradient::{GradientError, Method, Pilot, Progress, Tangent, render};
 use volume3d::io::load_scene;
 use volume3d::scene::Scene;
 
@@ -159,13 +159,13 @@ fn derivatives_are_those_of_differences_of_its_images() {
         let (Some(derivative), Some(thing)) = (derivative, scene.shape("thing")) else { continue };
         let mut change = Tangent::still(&scene);
         change.translate(&scene, thing, DVec3::X);
-        let runs: Result<Vec<_>, GradientError> = (0..RUNS)
-            .map(|seed| {
-                let choice = Pilot { samples, seed }.for_change(&scene, &change, &Progress::none())?;
-                Ok(arrays(&choice.method.forward(&scene, &change, &Progress::none())?.regions.blocks))
-            })
-            .collect();
-        match runs {
+        // One choice for all runs, by a seed of its own.
+        let pilot = Pilot { samples, seed: RUNS };
+        let runs = |method: &Method| -> Result<Vec<_>, GradientError> {
+            let run = |seed| method.with_seed(seed).forward(&scene, &change, &Progress::none());
+            (0..RUNS).map(|seed| Ok(arrays(&run(seed)?.regions.blocks))).collect()
+        };
+        match pilot.for_change(&scene, &change, &Progress::none()).and_then(|choice| runs(&choice.method)) {
             Ok(runs) => wrong.extend(compare(&name, &derivative, &runs, APART[1], &mut power)),
             Err(error) => println!("{name}: {error}"),
         }

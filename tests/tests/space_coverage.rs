@@ -54,8 +54,7 @@ fn direct() -> WarpedArea {
     let kernels = Kernels { film: 1e16, ..Kernels::default() };
     let debias = Debias::Consistent { rays: 2 };
     let points = AuxiliaryPoints::Antithetic;
-    let pair =
-        Warp { weighting: Weighting::Gaussian, points, radial_exponent: 1.0, debias, ..Warp::default() };
+    let pair = Warp { weighting: Weighting::Gaussian, points, radial_exponent: 1.0, debias };
     // What is subtracted integrates to nothing only if V is continuous.
     WarpedArea { kernels, control_variate: 0, ..with(pair) }
 }

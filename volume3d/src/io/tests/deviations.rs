@@ -292,7 +292,7 @@ const REFUSALS: &[Case] = &[
         is_noted(
             "<integrator type='aov'><string name='aovs' value='d:depth'/></integrator>",
             "in its place path is rendered",
-        )
+        );
     }),
     ("derivatives by integrators", || {
         assert_eq!(scene("<integrator type='prb_projective'/>").integrator.max_depth, Some(6));

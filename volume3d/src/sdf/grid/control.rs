@@ -93,7 +93,7 @@ fn steep(
         let Some(first) = large.next() else { continue };
         let mut most = first.clone();
         large.for_each(|bounds| {
-            most.iter_mut().zip(bounds).for_each(|(most, bound)| *most = most.max(*bound))
+            most.iter_mut().zip(bounds).for_each(|(most, bound)| *most = most.max(*bound));
         });
         let mut row = vec![0.0_f64; nx];
         for y in 0..=ny {
