@@ -210,7 +210,7 @@ fn poses_of_orthographic_sensors_are_about_the_sensor() {
     assert!(displaced.forward.distance(further * camera.forward) < 1e-12);
 
     let named = Parameters::new(&scene, &["camera.fov"]).unwrap_err().to_string();
-    assert!(named.contains("the camera is orthographic"), "{named}");
+    assert!(named.contains("is an orthographic camera"), "{named}");
     let mut wider = Tangent::still(&scene);
     wider.camera.field_of_view = 1.0;
     let none = Progress::none();
