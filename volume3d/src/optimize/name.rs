@@ -156,7 +156,7 @@ fn having(kind: &str, known: &[String]) -> String {
     if known.is_empty() {
         format!("; nothing in this scene has a parameter `{kind}`")
     } else {
-        format!("; closest first, a parameter `{kind}` have: {}", listed(known))
+        format!("; closest first, objects with a parameter `{kind}`: {}", listed(known))
     }
 }
 

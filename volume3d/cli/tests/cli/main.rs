@@ -372,7 +372,11 @@ fn lights_are_parameters() {
         let reverse: f64 = place.npy("r.npy").values.iter().zip([1.0, 2.0, 3.0]).map(|(g, r)| g * r).sum();
         assert!(forward > 0.0 && (forward - reverse).abs() < 1e-5 * forward, "{id}: {forward} {reverse}");
     }
-    place.fail("gradient scene.xml --move sun:intensity:1,1,1 -o f.npy", 1, &["no point light", "`bulb`"]);
+    place.fail(
+        "gradient scene.xml --move sun:intensity:1,1,1 -o f.npy",
+        1,
+        &["a directional light", "`bulb`"],
+    );
 }
 
 /// What is read is listed without a scene; without either the command line is refused.

@@ -78,7 +78,8 @@ fn what_is_prepared_is_stopped() {
         wait_until_listening(child.id());
         let (status, text, time) = ended(child, signal);
         assert!(status == Some(code) && text.contains("stopped; nothing was written"), "{status:?} {text}");
-        assert!(time < Duration::from_secs(2), "{signal}: {time:?}");
+        // Half a second, and more on a machine that does other things.
+        assert!(time < Duration::from_secs(10), "{signal}: {time:?}");
         assert!(!place.path("a.exr").exists());
     }
 }

@@ -319,7 +319,7 @@ fn names_of_nothing_are_refused_with_what_may_have_been_meant() {
         (
             &["blok.translation"][..],
             "`blok.translation`: nothing is called `blok`; did you mean `block`, a shape that emits nothing?; closest \
-             first, a parameter `translation` have: `block`",
+             first, objects with a parameter `translation`: `block`",
         ),
         (&["block.rotatoin"], "the nearest form is SHAPE.rotation"),
         (&["camera.transation"], "the nearest form is camera.translation"),
@@ -327,8 +327,8 @@ fn names_of_nothing_are_refused_with_what_may_have_been_meant() {
         (&["block.translation.w"], "such as SHAPE.translation.x"),
         (
             &["white.roughness"],
-            "`white` is a material (diffuse), whose parameters are `white.reflectance`; closest first, a parameter \
-             `roughness` have: `metal`",
+            "`white` is a material (diffuse), whose parameters are `white.reflectance`; closest first, objects with a parameter \
+             `roughness`: `metal`",
         ),
         (&["printed.reflectance"], "whose parameters are `printed.texture`"),
         (
