@@ -1,4 +1,4 @@
-//! One number per scene, estimated and exact, over many scenes: what the statistical tests compare.
+//! Statistical comparison of estimated with exact values over many scenes, one number per scene.
 
 use flatland::estimator::{EdgeSampling, EstimatorError, Exact, GradientImage, Method, Rotation, WarpedArea};
 use flatland::plane::exact::Arrangement;
@@ -10,9 +10,9 @@ use crate::comparison::Estimate;
 use crate::power::{NOTICED, Power};
 use crate::scenes::{Case, Kind, Knobs};
 
-/// A method that draws samples, all of them from its seed.
+/// A sampling method, all of whose samples follow from its seed.
 pub trait Sampler: Method + Sync {
-    /// The same with another seed.
+    /// A copy of the method with another seed.
     fn reseeded(&self, seed: u64) -> Self;
 }
 
@@ -28,24 +28,25 @@ macro_rules! sampler {
 
 sampler!(WarpedArea, EdgeSampling, Rotation);
 
-/// A scene with its exact derivative, seen through fixed random weights.
+/// A scene with its exact derivative, reduced to one number by fixed random weights.
 #[derive(Debug)]
 pub struct Known {
     /// The scene, its motion and its film.
     pub case: Case,
-    /// One weight per pixel, in one channel of it: channels of a pixel share their samples.
+    /// One weight per pixel, for one channel of it: the channels of a pixel share their samples.
     pub weights: Image,
     /// Σ weight · dI/dθ.
     pub exact: f64,
-    /// What errors are measured by where that is nearly 0: |weights| · |I|, the change of the whole image by itself.
+    /// Scale of errors where `exact` is nearly 0: |weights| · |I|, the change of the whole image by itself.
     pub scale: f64,
 }
 
-/// How much of the weights' square is not the derivative's.
+/// Share of the squared norm of the weights that does not come from the derivative.
 const ROUGH: f64 = 0.1;
 
-/// Weights of length 1 that are mostly those of a derivative, so that its parts of opposite sign add up and every pixel
-/// counts as it should; and in part rough from pixel to pixel, so that an error counts also where the derivative is 0.
+/// Weights of norm 1, mostly proportional to a derivative, so that its parts of opposite sign add up and
+/// every pixel counts by its size; a part is rough from pixel to pixel, so that an error counts also where
+/// the derivative is 0.
 pub fn focused(derivative: &[f64]) -> Vec<f64> {
     let unit = |v: Vec<f64>| {
         let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -58,7 +59,7 @@ pub fn focused(derivative: &[f64]) -> Vec<f64> {
 }
 
 impl Known {
-    /// By the exact engine; the case must have a derivative.
+    /// The case with its derivative by the exact engine, which must exist.
     pub fn new(case: Case) -> Self {
         let gradient = Exact.forward(&case.scene, &case.motion, &case.film);
         let gradient = gradient.unwrap_or_else(|e| panic!("{e}\n{}", case.label));
@@ -81,20 +82,20 @@ impl Known {
         Estimate { mean: self.weights.dot(&gradient.mean), standard_error: variance.sqrt() }
     }
 
-    /// The estimate of a method with another seed.
+    /// The weighted estimate of a method with another seed.
     pub fn run(&self, seed: u64, method: &impl Sampler) -> Estimate {
         let Case { scene, motion, film, label } = &self.case;
         let gradient: Result<_, EstimatorError> = method.reseeded(seed).forward(scene, motion, film);
         self.estimate(&gradient.unwrap_or_else(|e| panic!("{e}\n{label}")))
     }
 
-    /// The estimate from a function of scene, motion and film.
+    /// The weighted estimate of a function of scene, motion and film.
     pub fn run_with(&self, estimate: impl Fn(&Scene, &Motion, &Film) -> GradientImage) -> Estimate {
         self.estimate(&estimate(&self.case.scene, &self.case.motion, &self.case.film))
     }
 }
 
-/// `per_kind` scenes of each of some kinds. Where nothing that is seen moves, nothing may be found.
+/// `per_kind` scenes of each given kind. Where nothing visible moves, the estimate must be 0.
 pub fn known(kinds: &[Kind], per_kind: u64) -> Vec<Known> {
     let knobs: Vec<Knobs> = kinds
         .iter()
@@ -103,20 +104,20 @@ pub fn known(kinds: &[Kind], per_kind: u64) -> Vec<Known> {
     knobs.into_par_iter().map(|k| Known::new(k.build())).collect()
 }
 
-/// A number that is known.
+/// A number with a known exact value.
 #[derive(Clone, Copy, Debug)]
 pub struct Target<'a> {
     /// The exact value.
     pub exact: f64,
-    /// What errors are measured by where the exact value is nearly 0.
+    /// Scale of errors where the exact value is nearly 0.
     pub scale: f64,
-    /// Enough to repeat it.
+    /// Description that suffices to repeat the case.
     pub label: &'a str,
 }
 
-/// What an estimate is of.
+/// An estimated quantity with a known reference.
 pub trait Reference: Sync {
-    /// The number.
+    /// The reference value, scale and label.
     fn target(&self) -> Target<'_>;
 }
 
@@ -126,28 +127,28 @@ impl Reference for Known {
     }
 }
 
-/// |z| above these rejects.
+/// Rejection thresholds on |z|.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
-    /// Of a single scene.
+    /// Threshold for a single scene.
     pub scene: f64,
-    /// Of the regression over all scenes.
+    /// Threshold for the regression over all scenes.
     pub slope: f64,
 }
 
 impl Limits {
-    /// Both the same.
+    /// The same threshold for both.
     pub fn both(limit: f64) -> Self {
         Self { scene: limit, slope: limit }
     }
 
-    /// Where single scenes prove nothing, because variance is infinite: the regression alone.
+    /// The regression alone, for cases where variance is infinite and single scenes prove nothing.
     pub fn slope_alone(self) -> Self {
         Self { scene: f64::INFINITY, ..self }
     }
 }
 
-/// An exact value this small, relative to its scale, counts as nearly 0.
+/// Bound on an exact value, relative to its scale, below which it counts as nearly 0.
 pub const NEARLY_ZERO: f64 = 1e-3;
 
 /// Rounding of an estimate, relative to the larger of its exact value and scale.
@@ -161,26 +162,26 @@ pub fn halves<K: Reference>(
     known.par_iter().map(|k| [0, 1].map(|seed| estimate(k, seed))).collect()
 }
 
-/// How estimates compare with exact values over a campaign.
+/// Result of comparing estimates with exact values over a campaign.
 #[derive(Clone, Debug, Default)]
 #[must_use]
 pub struct Verdict {
     /// The largest |z| of a single scene.
     pub worst: f64,
-    /// Which scene that is.
+    /// The label of that scene.
     pub worst_label: String,
     /// The root mean square of z: 1 for normal errors.
     pub spread: f64,
     /// The weighted regression of estimates on exact values: 1 for an unbiased method.
     pub slope: Estimate,
-    /// How many scenes.
+    /// The number of scenes.
     pub count: usize,
-    /// The standard error of each of the others, relative to its exact value.
+    /// Standard errors relative to the exact values, of scenes whose exact value is not nearly 0.
     pub errors: Vec<f64>,
-    /// Of how many the exact value is nearly 0.
+    /// The number of scenes whose exact value is nearly 0.
     pub zeros: usize,
-    /// The largest standard error of one of those, and what is allowed beside it, relative to its scale, and which
-    /// scene that is.
+    /// The largest standard error among those scenes and the allowance beside it, relative to the scale, and
+    /// the label of that scene.
     pub noise: ([f64; 2], String),
 }
 
@@ -190,22 +191,23 @@ impl Verdict {
         Self::on(known.iter().zip(&halves(known, estimate)))
     }
 
-    /// From both halves of every scene's estimate.
+    /// The verdict on both halves of every scene's estimate.
     ///
-    /// Each half is weighted by the variance of the other, but at least as if it were off by 10%, so
-    /// that no few scenes decide. Weights from its own variance would be correlated with its error, because where the
-    /// distribution is skewed a large mean comes with a large variance, and the slope would be
-    /// biased by them.
+    /// Each half is weighted by the variance of the other, which counts as at least that of an error of 10%,
+    /// so that no few scenes decide. Weights from a half's own variance would be correlated with its error:
+    /// where the distribution is skewed, a large mean comes with a large variance, which would bias the
+    /// slope.
     pub fn on<'a, K: Reference + 'a>(found: impl Iterator<Item = (&'a K, &'a [Estimate; 2])>) -> Self {
         let mut this = Self::default();
         let (mut xy, mut xx, mut variance) = (0.0, 0.0, 0.0);
         for (k, pair) in found {
             let ([a, b], Target { exact, scale, label }) = (pair, k.target());
-            // An estimate without any spread must be exact, but for rounding; not even that is left of one of 0.
+            // An estimate without spread must be exact up to rounding, relative or (for a value of 0) the
+            // smallest normal number.
             let rounding = (ROUNDING * exact.abs().max(scale)).max(f64::MIN_POSITIVE);
             let error = (0.5 * a.standard_error.hypot(b.standard_error)).max(rounding);
-            // What is thinner than samples are apart may be met by none of them. Where it is next to nothing, none may
-            // be found: such scenes are there for what should not be found.
+            // Samples may miss features thinner than their spacing. Where the exact value is nearly 0, an
+            // estimate of 0 is accepted: such scenes test for spurious contributions.
             let zero = exact.abs() <= NEARLY_ZERO * scale;
             let slack = if zero { exact.abs() } else { 0.0 };
             let off = (0.5 * (a.mean + b.mean) - exact).abs();
@@ -238,13 +240,13 @@ impl Verdict {
         this
     }
 
-    /// Whether nothing speaks against the method being unbiased: no scene alone, and not their slope.
+    /// Whether no single scene and not the slope rejects unbiasedness.
     pub fn passes(&self, limits: Limits) -> bool {
         self.worst <= limits.scene && has_slope_1(self.slope, limits)
     }
 
-    /// What could have been noticed: by the slope a relative bias, and where the exact value is nearly 0 an error
-    /// relative to its scale; and by every scene alone, if those are judged.
+    /// Adds the smallest biases that the test rejects: relative by the slope, and relative to the scale where
+    /// the exact value is nearly 0; also by every single scene, if those are judged.
     fn tell(&self, power: &mut Power, name: &str, limits: Limits) {
         power.add(
             format!("{name}: slope of {} scenes", self.count),
@@ -261,7 +263,7 @@ impl Verdict {
         }
     }
 
-    /// Prints it.
+    /// Prints the verdict.
     pub fn print(&self, name: &str, limits: Limits) {
         println!(
             "{name}: {} scenes, worst |z| {:.2} (limit {:.2}), rms z {:.3}, slope {:.4} ± {:.4}; {}; {} of nearly 0 to {:.4}, {}",
@@ -278,8 +280,8 @@ impl Verdict {
         );
     }
 
-    /// Asserts that it passes and says what could have been noticed; that it could have been is proved by a
-    /// slope with the same error that is short by [`NOTICED`], which must not pass.
+    /// Asserts that the verdict passes and reports its power; as a control, a slope with the same error that
+    /// is short by [`NOTICED`] must not pass.
     pub fn accept(&self, power: &mut Power, name: &str, limits: Limits) {
         self.print(name, limits);
         assert!(self.passes(limits), "{name} is biased: {self:?}");
@@ -288,7 +290,7 @@ impl Verdict {
         self.tell(power, name, limits);
     }
 
-    /// Asserts that it does not pass, for all that its estimates are numbers.
+    /// Asserts that the verdict does not pass although all its estimates are finite.
     pub fn reject(&self, name: &str, limits: Limits) {
         self.print(&format!("control {name}"), limits);
         let Estimate { mean, standard_error } = self.slope;
@@ -297,7 +299,7 @@ impl Verdict {
     }
 }
 
-/// Whether a slope may be that of an unbiased method; NaN is none.
+/// Whether a slope is consistent with 1, that of an unbiased method; NaN is not.
 fn has_slope_1(slope: Estimate, limits: Limits) -> bool {
     ((slope.mean - 1.0) / slope.standard_error).abs() <= limits.slope
 }

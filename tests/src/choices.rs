@@ -1,6 +1,7 @@
-//! What random scenes choose from.
+//! Enumerations that random scenes choose from.
 
-/// An enumeration: `ALL` lists every choice, and the name of a group of choices, if there are groups, those of the group.
+/// Defines an enumeration: `ALL` lists every choice; if the choices are grouped, a constant with the group's
+/// name lists those of the group.
 macro_rules! choices {
     ($(#[$about:meta])* $name:ident {
         $($(#[$which:meta])* $group:ident { $($(#[$what:meta])* $choice:ident,)* })*
@@ -17,7 +18,7 @@ macro_rules! choices {
         pub enum $name { $($(#[$what])* $choice,)* }
 
         impl $name {
-            /// All of them.
+            /// Every choice.
             pub const ALL: [Self; [$(Self::$choice),*].len()] = [$(Self::$choice),*];
         }
     };

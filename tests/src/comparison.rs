@@ -1,4 +1,4 @@
-//! A number that is found beside what it should be.
+//! Comparison of an estimate with its reference.
 
 use crate::power::Power;
 use crate::statistics::Moments;
@@ -13,40 +13,40 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// Of a number that is known.
+    /// An exact number, with standard error 0.
     pub fn exact(mean: f64) -> Self {
         Self { mean, standard_error: 0.0 }
     }
 
-    /// From independent runs.
+    /// Mean and standard error of independent runs.
     pub fn of(runs: impl IntoIterator<Item = f64>) -> Self {
         let runs: Moments = runs.into_iter().collect();
         Self { mean: runs.mean(), standard_error: runs.standard_error() }
     }
 
-    /// So many times it.
+    /// The estimate times a factor.
     pub fn scaled(self, factor: f64) -> Self {
         Self { mean: factor * self.mean, standard_error: factor.abs() * self.standard_error }
     }
 
-    /// The sum with an independent one.
+    /// The sum with an independent estimate.
     pub fn plus(self, other: Self) -> Self {
         let standard_error = self.standard_error.hypot(other.standard_error);
         Self { mean: self.mean + other.mean, standard_error }
     }
 }
 
-/// Two numbers that should be one.
+/// Two numbers that should be equal.
 #[must_use]
 #[derive(Clone, Copy, Debug)]
 pub struct Comparison {
-    /// What is found.
+    /// The estimate under test.
     pub found: Estimate,
-    /// What it should be.
+    /// The reference.
     pub reference: Estimate,
-    /// How many standard errors of both they may be apart.
+    /// Allowed difference, in combined standard errors.
     pub limit: f64,
-    /// What is allowed beside those.
+    /// Allowance in addition to those.
     pub slack: f64,
 }
 
@@ -56,7 +56,7 @@ impl Comparison {
         self.limit * error + self.slack
     }
 
-    /// Whether they may be one number; NaN is none.
+    /// Whether the two are consistent; NaN is not.
     fn agrees(&self) -> bool {
         (self.found.mean - self.reference.mean).abs() <= self.tolerance()
     }
@@ -68,9 +68,9 @@ impl Comparison {
         println!("{label}: {found:?} for {reference:?}, z {z:.2}, rejects {:.2e}", self.tolerance() / scale);
     }
 
-    /// Asserts that they agree, and that an estimate with the same error would not that is short by the bias
-    /// that must be [noticed](Power::noticed). What could have been noticed is measured by `scale`: the
-    /// reference, or what cancels in it.
+    /// Asserts that the two agree, and, as a control, that an estimate with the same error would not agree if
+    /// it were short by the bias that must be [noticed](Power::noticed). Power is relative to `scale`: the
+    /// reference, or the magnitude of what cancels in it.
     pub fn accept(&self, power: &mut Power, label: &str, scale: f64) {
         self.print(label, scale);
         assert!(self.agrees(), "{label}: {self:?}");
@@ -81,7 +81,7 @@ impl Comparison {
         power.add(label, self.tolerance(), scale);
     }
 
-    /// Asserts that they do not agree, for all that both are numbers.
+    /// Asserts that the two do not agree although both are finite.
     pub fn reject(&self, label: &str) {
         self.print(&format!("control {label}"), self.reference.mean);
         assert!(self.found.mean.is_finite() && self.tolerance().is_finite(), "{label}: {self:?}");

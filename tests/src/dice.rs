@@ -1,4 +1,4 @@
-//! Random choices: what all random scenes and worlds are drawn with.
+//! Random choices that all random scenes and worlds are drawn with.
 
 use std::f64::consts::TAU;
 
@@ -6,7 +6,7 @@ use flatland::random::{Stream, open01, stream};
 use glam::{DMat3, DVec2, DVec3};
 use rand::Rng;
 
-/// A source of choices, the same on every machine and in every thread.
+/// A source of random choices, the same on every machine and in every thread.
 pub(crate) struct Dice(Stream);
 
 impl Dice {
@@ -18,7 +18,7 @@ impl Dice {
         low + (high - low) * open01(&mut self.0)
     }
 
-    /// Between two positive numbers, uniform in the logarithm.
+    /// A number between two positive bounds, uniform in the logarithm.
     pub(crate) fn scale(&mut self, low: f64, high: f64) -> f64 {
         self.between(low.ln(), high.ln()).exp()
     }
@@ -27,7 +27,7 @@ impl Dice {
         open01(&mut self.0) < probability
     }
 
-    /// A whole number from `low` to `high`, both included.
+    /// An integer from `low` to `high`, both included.
     pub(crate) fn count(&mut self, low: usize, high: usize) -> usize {
         low + (self.0.next_u64() % (high - low + 1) as u64) as usize
     }
@@ -44,17 +44,17 @@ impl Dice {
         DVec3::from(std::array::from_fn(|_| self.between(0.0, 1.0)))
     }
 
-    /// A vector of the plane, of a length of 0.3 to 1 times `length`.
+    /// A plane vector of length 0.3 to 1 times `length`.
     pub(crate) fn vector2(&mut self, length: f64) -> DVec2 {
         DVec2::from_angle(self.between(0.0, TAU)) * self.between(0.3, 1.0) * length
     }
 
-    /// A vector of space, of a length of 0.3 to 1 times `length`.
+    /// A vector in space of length 0.3 to 1 times `length`.
     pub(crate) fn vector3(&mut self, length: f64) -> DVec3 {
         self.direction() * self.between(0.3, 1.0) * length
     }
 
-    /// Uniform on the unit sphere (Archimedes).
+    /// A direction, uniform on the unit sphere (Archimedes).
     pub(crate) fn direction(&mut self) -> DVec3 {
         let z = self.between(-1.0, 1.0);
         let xy = DVec2::from_angle(self.between(0.0, TAU)) * (1.0 - z * z).sqrt();

@@ -1,8 +1,7 @@
-//! Numbers of about 106 bits, as unevaluated sums of two doubles (Dekker 1971).
+//! Double-double arithmetic: numbers of about 106 bits as unevaluated sums of two doubles (Dekker 1971).
 //!
-//! Edges 10⁻¹³ apart meet at places that depend on the fourteenth digit of every coordinate: the
-//! oracle decides with these numbers which edge is the lower one and where two cross, so that its
-//! own rounding never does.
+//! Edges 10⁻¹³ apart meet at places that depend on the fourteenth digit of every coordinate. The oracle
+//! decides in this arithmetic which edge is lower and where two cross, so that its own rounding never does.
 
 use std::ops::{Add, Mul, Neg, Sub};
 

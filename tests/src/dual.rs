@@ -1,4 +1,4 @@
-//! Vectors that know how fast they change: dual numbers, component by component.
+//! Vectors of dual numbers, component by component.
 
 use std::ops::{Add, Mul, Neg, Sub};
 
@@ -9,9 +9,9 @@ use num_dual::{Dual64, DualNum};
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Vector<const N: usize>(pub(crate) [Dual64; N]);
 
-/// Of the plane.
+/// A plane vector.
 pub(crate) type Vector2 = Vector<2>;
-/// Of space.
+/// A vector in space.
 pub(crate) type Vector3 = Vector<3>;
 
 impl<const N: usize> Vector<N> {
@@ -21,7 +21,7 @@ impl<const N: usize> Vector<N> {
         Self(std::array::from_fn(|k| Dual64::new(value[k], rate[k])))
     }
 
-    /// The same for all θ.
+    /// A vector that does not depend on θ.
     pub(crate) fn still(value: impl Into<[f64; N]>) -> Self {
         Self::new(value, [0.0; N])
     }
@@ -32,7 +32,7 @@ impl<const N: usize> Vector<N> {
     }
 
     pub(crate) fn length(self) -> Dual64 {
-        // Scaled, so that lengths of 10⁻²⁰⁰ do not vanish.
+        // Scaling keeps lengths of 10⁻²⁰⁰ from underflowing.
         let scale = self.0.iter().map(|x| x.re.abs()).fold(0.0, f64::max);
         if scale == 0.0 {
             return self.dot(self).sqrt();
@@ -52,7 +52,7 @@ impl<const N: usize> Vector<N> {
 }
 
 impl Vector2 {
-    /// At θ = 0.
+    /// The value at θ = 0.
     pub(crate) fn value(self) -> DVec2 {
         self.0.map(|x| x.re).into()
     }
@@ -67,7 +67,7 @@ impl Vector2 {
         self.0[0] * other.0[1] - self.0[1] * other.0[0]
     }
 
-    /// Turned from +x towards +y by a right angle.
+    /// The vector turned by a right angle from +x towards +y.
     pub(crate) fn turned(self) -> Self {
         Self([-self.0[1], self.0[0]])
     }
@@ -80,7 +80,7 @@ impl Vector2 {
 }
 
 impl Vector3 {
-    /// At θ = 0.
+    /// The value at θ = 0.
     pub(crate) fn value(self) -> DVec3 {
         self.0.map(|x| x.re).into()
     }

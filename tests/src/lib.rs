@@ -1,9 +1,9 @@
-//! What the integration tests of the workspace share: an independent oracle, random scenes, and the
-//! statistics of unbiasedness.
+//! Shared support of the workspace's integration tests: an independent oracle, random scenes, and statistics
+//! of unbiasedness.
 //!
 //! - [`campaign`]: estimates and exact values over many scenes.
-//! - [`comparison`]: a number that is found beside what it should be.
-//! - [`effort`]: how much the statistical tests spend.
+//! - [`comparison`]: an estimate beside its reference.
+//! - [`effort`]: the effort of the statistical tests.
 //! - [`mutations`]: mistakes that the tests must notice, and how they are put into a copy of the code.
 //! - [`oracle`]: pixels of a plane scene and their derivatives by a slab decomposition in dual
 //!   numbers, sharing no code with [`flatland::plane::exact`].
@@ -11,12 +11,13 @@
 //! - [`quadrature`]: Gauss–Legendre rules.
 //! - [`results`]: the tables of `RESULTS.md`, which tests fill.
 //! - [`scenes`]: random scenes, generic, degenerate and not differentiable.
-//! - [`space`]: the same in three dimensions: coverage, crossings, irradiance, direct light and constants.
+//! - [`space`]: the counterpart in three dimensions: coverage, crossings, irradiance, direct light and
+//!   constants.
 //! - [`statistics`]: z-tests with corrected thresholds, and rates on log–log data.
-//! - [`transport`]: the same for flat worlds in which light is scattered.
+//! - [`transport`]: the counterpart for flat worlds with scattered light.
 //!
-//! Where a test would fail, functions of this crate panic: at scenes that are refused, at numbers that are not finite,
-//! and at arguments that do not belong together.
+//! Functions of this crate panic where a test would fail: on refused scenes, on numbers that are not finite,
+//! and on inconsistent arguments.
 
 #![allow(
     clippy::must_use_candidate,

@@ -1,9 +1,9 @@
-//! Mutations of the two crates, and what becomes of their source files when all are built in at once.
+//! Mutations of the two crates, and the patched source files in which all are built in at once.
 //!
-//! A mutation is a small mistake: a term short of 5 %, a density that is off, a kind of curve that is left
-//! out. They are listed in `tests/mutations`, each with the tests that must fail with it. None is in the
-//! code: the example `mutations` puts them into a copy of the workspace, where each is an alternative that
-//! the environment variable `MUTATION` switches on.
+//! A mutation is a small mistake: a term short of 5 %, a wrong density, a kind of curve left out. They are
+//! listed in `tests/mutations`, each with the tests that must fail with it. None is in the code: the example
+//! `mutations` puts them into a copy of the workspace, where each is an alternative that the environment
+//! variable `MUTATION` switches on.
 //!
 //! ```toml
 //! [[mutation]]
@@ -15,9 +15,8 @@
 //! tests = ["tests --test unbiased edge_sampling"]
 //! ```
 //!
-//! `code` must be in the file exactly once, whatever its white space. What is between ⟨ and ⟩ is an
-//! expression, or statements that end in a semicolon; `becomes` stands in its place, with `$` for what it
-//! was.
+//! `code` must be in the file exactly once, ignoring white space. The part between ⟨ and ⟩ is an expression,
+//! or statements that end in a semicolon; `becomes` replaces it, with `$` for the original.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -57,7 +56,7 @@ pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// All mutations, file by file in the order of their names.
+/// All mutations, ordered by file and by name.
 ///
 /// # Errors
 /// An error names the file that cannot be read, or the duplicate name.
@@ -92,12 +91,12 @@ struct Patch {
 /// Source files with all mutations built in, as far as they do not overlap.
 #[derive(Debug, Default)]
 pub struct Batch {
-    /// The numbers of its mutations.
+    /// The numbers of the batch's mutations.
     pub numbers: Vec<usize>,
     patches: BTreeMap<String, Vec<Patch>>,
 }
 
-/// The characters of a text that are not white space, and the place of every byte of theirs.
+/// The characters of a text that are not white space, and the position of each of their bytes.
 fn dense(text: &str) -> (String, Vec<usize>) {
     let (mut dense, mut places) = (String::new(), vec![]);
     for (place, c) in text.char_indices().filter(|(_, c)| !c.is_whitespace()) {
@@ -111,7 +110,7 @@ impl Mutation {
     /// Byte range of the replaced code in a source text.
     ///
     /// # Errors
-    /// Why it does not apply.
+    /// The reason why it does not apply.
     fn find(&self, source: &str) -> Result<Range<usize>, String> {
         let Self { name, file, code, .. } = self;
         let marks = code.split_once('⟨').and_then(|(a, rest)| rest.split_once('⟩').map(|(b, c)| [a, b, c]));
@@ -133,10 +132,10 @@ impl Mutation {
     }
 }
 
-/// Puts mutations into as few batches as do not overlap, each by its number, from 1 on.
+/// Packs mutations, numbered from 1, into as few batches as possible without overlaps.
 ///
 /// # Errors
-/// Mutations that do not apply, one a line.
+/// The mutations that do not apply, one a line.
 pub fn batches(mutations: &[Mutation]) -> Result<Vec<Batch>, String> {
     let (mut batches, mut faults): (Vec<Batch>, Vec<String>) = (vec![], vec![]);
     for (number, mutation) in (1..).zip(mutations) {
@@ -161,15 +160,15 @@ pub fn batches(mutations: &[Mutation]) -> Result<Vec<Batch>, String> {
 }
 
 impl Batch {
-    /// Alternatives for one expression go together; others must not overlap.
+    /// Whether a range is free: alternatives for one expression share it, others must not overlap.
     fn has_room(&self, file: &str, range: &Range<usize>) -> bool {
         let overlaps = |other: &Range<usize>| range.start < other.end && other.start < range.end;
         let patches = self.patches.get(file).into_iter().flatten();
         patches.into_iter().all(|patch| patch.range == *range || !overlaps(&patch.range))
     }
 
-    /// A file of the workspace as it is in the copy: with its mutations, and with the switch where that
-    /// belongs.
+    /// A file of the workspace as it is in the copy: with its mutations, and with the switch in the file that
+    /// holds it.
     pub fn patched(&self, file: &str, source: &str) -> String {
         let mut patches = self.patches.get(file).cloned().unwrap_or_default();
         patches.sort_by_key(|patch| (patch.range.start, patch.number));
@@ -188,7 +187,7 @@ impl Batch {
             text.replace_range(range, &if is_statement { switch } else { format!("({switch})") });
         }
         if file.ends_with("/src/lib.rs") {
-            // Alternatives have more parentheses than they need.
+            // Alternatives may have superfluous parentheses.
             text.insert_str(0, "#![allow(unused_parens)]\n");
         }
         if file == "flatland/src/lib.rs" {
@@ -216,7 +215,7 @@ pub mod mutation {
 mod tests {
     use super::*;
 
-    /// Every mutation of the list is of code that is there, once.
+    /// The code of every mutation in the list occurs exactly once.
     #[test]
     fn all_mutations_apply() {
         let all = all().unwrap_or_else(|e| panic!("{e}"));

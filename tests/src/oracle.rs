@@ -1,16 +1,16 @@
 //! An independent reference for the pixels of a plane scene and their derivatives.
 //!
-//! Turned by an angle at which no edge is vertical, a pixel I(θ) = ∫ h f du is ∫ C(x, θ) dx, where
-//! the column C(x, θ) = ∫ h f dy is continuous in x. Its limits of integration stand still, so
-//! dI/dθ = ∫ ∂C/∂θ dx: events (vertices, crossings) move, but a continuous column lets them
-//! contribute nothing. Between two events a column crosses the same edges in the same order, and
-//! there Gauss–Legendre quadrature is exact: C and ∂C/∂θ are evaluated together in dual numbers
-//! [`num_dual::Dual64`] whose ends, nodes and lengths move with the edges. A scene whose events lie dense or
-//! coincide needs no care, as every order of equal events describes the same columns.
+//! With the image turned by an angle at which no edge is vertical, a pixel I(θ) = ∫ h f du is ∫ C(x, θ) dx,
+//! where the column C(x, θ) = ∫ h f dy is continuous in x. The limits of the outer integral are fixed, so
+//! dI/dθ = ∫ ∂C/∂θ dx: events (vertices, crossings) move, but contribute nothing because the column is
+//! continuous. Between two events a column crosses the same edges in the same order, and there Gauss–Legendre
+//! quadrature is exact: C and ∂C/∂θ are evaluated together in dual numbers [`num_dual::Dual64`] whose ends,
+//! nodes and lengths move with the edges. Dense or coincident events need no special treatment, as every
+//! order of equal events describes the same columns.
 //!
-//! What is above what is decided in double-double arithmetic, so that edges 10⁻¹³ apart are still
-//! told apart; nothing is shared with `flatland::plane::exact` (no triangulation, no noding, no
-//! boundary integral). From flatland come the scene's data and the values of its shades only.
+//! Vertical order is decided in double-double arithmetic, so that edges 10⁻¹³ apart are still told apart;
+//! nothing is shared with `flatland::plane::exact` (no triangulation, no noding, no boundary integral). Only
+//! the scene's data and the values of its shades come from flatland.
 
 mod column;
 mod frame;
@@ -46,21 +46,21 @@ pub struct Oracle<'a> {
 impl<'a> Oracle<'a> {
     /// Prepares `scene`, whose vertices move with `velocities`, in time O(E²).
     ///
-    /// Shades must be polynomial: a ramp's creases are not events, so a ramp is integrated
-    /// inaccurately. Material shades are taken to be fixed to the material where it is now; for a
-    /// scene that was displaced, say where it was by [`material`](Self::material).
+    /// Shades must be polynomial: a ramp's creases are not events, so a ramp is integrated inaccurately.
+    /// Material shades are taken to be fixed to the material in its present position; for a displaced scene,
+    /// give the undisplaced one by [`material`](Self::material).
     pub fn new(scene: &'a Scene, velocities: &'a [DVec2], film: &Film) -> Self {
         assert_eq!(velocities.len(), scene.vertices().len(), "one velocity per vertex");
         Self::turned(scene, velocities, film, Frame::new(scene))
     }
 
-    /// The answer does not depend on the angle.
+    /// The oracle in a given frame; the result does not depend on the angle.
     fn turned(scene: &'a Scene, velocities: &'a [DVec2], film: &Film, frame: Frame) -> Self {
         let integrand = Integrand { scene, velocities, material: scene.vertices(), film: *film };
         Self { sweep: Sweep::new(scene, velocities, frame), integrand }
     }
 
-    /// The same for a scene displaced from `undisplaced`, where its material shades were fixed.
+    /// The oracle for a scene displaced from `undisplaced`, where its material shades were fixed.
     pub fn material(self, undisplaced: &'a Scene) -> Self {
         let material = undisplaced.vertices();
         assert_eq!(material.len(), self.integrand.material.len(), "one scene displaced");

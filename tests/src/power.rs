@@ -1,12 +1,13 @@
 //! Power of a statistical test: the smallest bias that it rejects.
 //!
 //! A comparison has a tolerance, a number of standard errors plus a fixed allowance. The tolerance relative
-//! to the reference is the smallest bias that the comparison rejects, its power. A comparison counts only
-//! if that is at most [`NOTICED`], or less where a test [asks](Power::noticing) for it; a test that makes
-//! one that does not is itself a failure.
+//! to the reference is the smallest bias that the comparison rejects, its power. A comparison counts only if
+//! that is at most [`NOTICED`], or less where a test [asks](Power::noticing) for it; a test with a weaker
+//! comparison fails.
 //!
-//! A comparison may pool scenes: a slope over many says what all of them together would show of a bias that
-//! they share. What one scene alone shows is [said beside it](Power::by_scene), as a bias may be one scene's.
+//! A comparison may pool scenes: the slope over many has the power of all together against a bias that they
+//! share. The power of one scene alone is [reported separately](Power::by_scene), as a bias may affect one
+//! scene only.
 //!
 //! Every statistical test prints one line, `power | test | comparisons | smallest bias | where`, which are
 //! the rows of the table of power of `RESULTS.md`: `UPDATE_RESULTS=1 cargo test --release --workspace --
@@ -16,14 +17,14 @@
 use crate::effort::thorough;
 use crate::results;
 
-/// The largest relative bias that a comparison that counts may leave unnoticed.
+/// The largest relative bias that a valid comparison may leave unnoticed.
 pub const NOTICED: f64 = 0.15;
 
 /// The name of the table.
 pub const TABLE: &str = "power table";
 
-/// Power of the comparisons of one test. Dropped, it prints the row of the table; it panics if
-/// nothing was compared, if some comparison could not have noticed a bias of [`NOTICED`], or if the table lacks the test.
+/// Power of the comparisons of one test. On drop it prints the row of the table; it panics if nothing was
+/// compared, if some comparison could not have noticed a bias of [`NOTICED`], or if the table lacks the test.
 #[derive(Debug)]
 pub struct Power {
     test: &'static str,
@@ -34,12 +35,12 @@ pub struct Power {
 }
 
 impl Power {
-    /// Of no comparisons yet; `test` is its file and name.
+    /// A record without comparisons; `test` is its file and name.
     pub fn of(test: &'static str) -> Self {
         Self { test, noticed: NOTICED, rows: vec![], scenes: vec![] }
     }
 
-    /// The same test with another bias that must be noticed.
+    /// The same record with another bias that must be noticed.
     #[must_use]
     pub fn noticing(mut self, noticed: f64) -> Self {
         self.noticed = noticed;
@@ -51,13 +52,13 @@ impl Power {
         self.noticed
     }
 
-    /// The smallest biases that single scenes reject, of a comparison that pools them.
+    /// Adds the smallest biases that single scenes reject, for a comparison that pools them.
     pub fn by_scene(&mut self, biases: impl IntoIterator<Item = f64>) {
         self.scenes.extend(biases);
     }
 
-    /// A comparison that rejects what is off by more than `tolerance` from `reference`; of a reference of 0, from a
-    /// natural scale of what cancels.
+    /// Adds a comparison that rejects deviations above `tolerance` from `reference`; for a reference of 0,
+    /// pass a natural scale of the terms that cancel.
     pub fn add(&mut self, label: impl Into<String>, tolerance: f64, reference: f64) {
         self.rows.push((label.into(), tolerance / reference.abs()));
     }
@@ -76,7 +77,7 @@ impl Drop for Power {
         let label = label.replace('|', "/");
         let scenes = alone(&mut self.scenes);
         println!("power | {} | {} | {:.1} %{scenes} | {label} |", self.test, self.rows.len(), 100.0 * bias);
-        // The table is that of the quick tests: some are thorough or nothing.
+        // The table lists the quick tests; some tests run only when thorough.
         if !thorough() {
             results::names(TABLE, self.test);
         }
@@ -95,7 +96,7 @@ fn alone(scenes: &mut [f64]) -> String {
     }
 }
 
-/// The comparison that notices least, NaN being the worst of all.
+/// The comparison with the least power, NaN being the worst of all.
 fn worst(rows: &[(String, f64)]) -> Option<(&str, f64)> {
     let size = |bias: f64| if bias.is_nan() { f64::INFINITY } else { bias };
     let worst = rows.iter().max_by(|a, b| size(a.1).total_cmp(&size(b.1)));

@@ -1,4 +1,4 @@
-//! Tables of `RESULTS.md`, and of other files, that tests fill.
+//! Tables in `RESULTS.md` and other files that tests fill.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -7,7 +7,8 @@ fn path() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("RESULTS.md")
 }
 
-/// A file, and where in it a table is: between `<!-- {name}: filled by … -->` and `<!-- end of {name} -->`.
+/// A file's text and the range of a table in it: between `<!-- {name}: filled by … -->` and
+/// `<!-- end of {name} -->`.
 fn place(file: &Path, name: &str) -> (String, Range<usize>) {
     let text = std::fs::read_to_string(file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
     let start = text.find(&format!("<!-- {name}: filled by ")).expect("the table's beginning");
@@ -16,23 +17,23 @@ fn place(file: &Path, name: &str) -> (String, Range<usize>) {
     (text, start..end)
 }
 
-/// A table as the file shows it.
+/// The table as `RESULTS.md` shows it.
 pub fn shown(name: &str) -> String {
     shown_in(&path(), name)
 }
 
-/// The same of a file.
+/// The table as a given file shows it.
 pub fn shown_in(file: &Path, name: &str) -> String {
     let (text, place) = place(file, name);
     text[place].to_owned()
 }
 
-/// Puts a table in its place.
+/// Writes a table into `RESULTS.md`.
 pub fn fill(name: &str, table: &str) {
     fill_in(&path(), name, table);
 }
 
-/// The same in a file.
+/// Writes a table into a given file.
 pub fn fill_in(file: &Path, name: &str, table: &str) {
     let (text, place) = place(file, name);
     let filled = format!("{}{table}{}", &text[..place.start], &text[place.end..]);
@@ -44,8 +45,8 @@ fn updates() -> bool {
     std::env::var_os("UPDATE_RESULTS").is_some()
 }
 
-/// Puts a table in its place if `UPDATE_RESULTS` is set, and otherwise checks that the file shows a table
-/// with the same first column: the last digits of the others differ between machines.
+/// Writes a table if `UPDATE_RESULTS` is set, and otherwise checks that the file shows a table with the same
+/// first column: the last digits of the other columns differ between machines.
 pub fn table<const N: usize>(name: &str, header: [&str; N], rows: Vec<[String; N]>) {
     let mut table = format!("| {} |\n|{}\n", header.join(" | "), "---|".repeat(N));
     rows.iter().for_each(|row| table += &format!("| {} |\n", row.join(" | ")));
@@ -62,7 +63,7 @@ pub fn table<const N: usize>(name: &str, header: [&str; N], rows: Vec<[String; N
     }
 }
 
-/// The power of ten at or above an error, which must be small, as a table shows it.
+/// The power of ten at or above an error, which must be small, formatted for a table.
 pub fn power_of_ten(error: f64) -> String {
     assert!(error.is_finite() && error <= 1e-2, "{error}");
     if error == 0.0 { "0".into() } else { format!("≤ 1e{}", error.log10().ceil()) }

@@ -11,25 +11,25 @@ use crate::double_double::DoubleDouble;
 use crate::dual::Vector2;
 use crate::quadrature::rule;
 
-/// Slabs narrower than this share of the pixel lie between events that rounding has torn apart.
+/// Width, as a share of the pixel, below which a slab lies between events that only rounding separates.
 const NARROWEST: f64 = 1e-25;
 
-/// How many points integrate a Gaussian, and a quadratic times it, over less than so many σ to
-/// rounding; 10 points otherwise, on pieces of 2 σ. The error is
-/// (n!)³ / ((2n + 1) 2ⁿ ((2n)!)²) (length/σ)²ⁿ times length and peak.
+/// Point counts of the rule that integrates a Gaussian, and a quadratic times it, to rounding over lengths up
+/// to the given number of σ; 10 points otherwise, on pieces of 2 σ. The error is (n!)³ / ((2n + 1) 2ⁿ
+/// ((2n)!)²) (length/σ)²ⁿ times length and peak.
 const GAUSSIAN_POINTS: [(f64, usize); 6] = [(0.02, 3), (0.1, 4), (0.22, 5), (0.45, 6), (0.7, 7), (1.0, 8)];
 
-/// What is integrated: h f.
+/// The integrand h f.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Integrand<'a> {
     pub(super) scene: &'a Scene,
     pub(super) velocities: &'a [DVec2],
-    /// Where the material was when shades were fixed to it.
+    /// Vertex positions of the material when shades were fixed to it.
     pub(super) material: &'a [DVec2],
     pub(super) film: Film,
 }
 
-/// What a stretch of a column shows, the same throughout a slab.
+/// The visible content of a stretch of a column, the same throughout a slab.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct View {
     shape: Option<usize>,
@@ -87,7 +87,7 @@ pub(super) fn integrate(sweep: &Sweep, integrand: &Integrand, x: usize, y: usize
         // Along a steep edge a column changes faster than the filter does.
         let slope =
             stretches.iter().map(|s| s.from.slope().abs().max(s.to.slope().abs())).fold(1.0, f64::max);
-        // Summed in two steps, or the rounding of many small terms adds up.
+        // Summed in two steps: otherwise the rounding of many small terms adds up.
         let mut sum = PixelOracle::default();
         for (t, weight) in grid.nodes(1.5 * slope * width) {
             for stretch in &stretches {
@@ -105,8 +105,8 @@ fn add(total: &mut PixelOracle, weight: f64, part: &PixelOracle) {
     total.absolute += weight * part.absolute;
 }
 
-/// What the columns near `x` show inside the pixel, from bottom to top. Neighbours that show the
-/// same are one: hidden edges leave no rounding behind.
+/// The visible content of the columns near `x` inside the pixel, from bottom to top. Neighbours of equal
+/// content are merged, so that hidden edges leave no rounding behind.
 fn stretches(
     sweep: &Sweep,
     integrand: &Integrand,
@@ -135,7 +135,7 @@ fn stretches(
         let in_pixel = (1..grid.xs.len()).contains(&column) && (1..grid.ys.len()).contains(&row);
         let view = in_pixel.then(|| {
             let shape = inside_shape.iter().rposition(|&inside| inside);
-            // Where rounding orders two edges wrongly no triangle may be found, over no area.
+            // Where rounding orders two edges wrongly, no triangle may be found, over a region of zero area.
             let found = |&(t, &(owner, _)): &(usize, &(usize, _))| inside_triangle[t] && Some(owner) == shape;
             let triangle = sweep.triangles.iter().enumerate().find(found).map(|(_, t)| t.1);
             View { shape, triangle, cell: [column - 1, row - 1] }
@@ -192,7 +192,7 @@ impl Integrand<'_> {
         std::array::from_fn(|c| Dual64::new(value[c], gradient[c].dot(at.rate())))
     }
 
-    /// Where the material that is now at u was when its shade was fixed: u + Σ b_j (m_j − p_j(θ)),
+    /// Position of the material point now at u at the time its shade was fixed: u + Σ b_j (m_j − p_j(θ)),
     /// with b the barycentric coordinates of u in the moving triangle.
     fn material_point(&self, triangle: [usize; 3], u: Vector2) -> Vector2 {
         let corner = triangle.map(|v| Vector2::new(self.scene.vertices()[v], self.velocities[v]));
@@ -211,7 +211,7 @@ struct Grid {
     centre: DVec2,
     xs: Vec<f64>,
     ys: Vec<f64>,
-    /// What the Gaussian is lowered by, and its integral then.
+    /// Offset subtracted from the Gaussian, and the integral after that.
     lowered: f64,
     gaussian_mass: f64,
 }
@@ -224,12 +224,12 @@ impl Grid {
             ends.sort_by(f64::total_cmp);
             ends.dedup();
             if film.filter() == Filter::Gaussian {
-                // Smooth all over; its cells are for quadratures that cannot be cut.
+                // The filter is smooth everywhere; its cells exist for quadratures that cannot be cut.
                 ends.drain(1..ends.len() - 1);
             }
             ends
         };
-        // Of exp(−2 x²) − e⁻⁸ on [−2, 2], in pixels; statrs's erf is good to 5e-15 only.
+        // Mass of exp(−2 x²) − e⁻⁸ on [−2, 2], in pixels; statrs's erf is good to 5e-15 only.
         let mass = |start: f64| -> f64 {
             rule(10).iter().map(|(t, w)| w * 0.5 * (-2.0 * (start + 0.5 * t).powi(2)).exp()).sum()
         };
@@ -248,12 +248,12 @@ impl Grid {
         DVec2::new(self.xs[self.xs.len() - 1], self.ys[self.ys.len() - 1])
     }
 
-    /// A little more than half the diagonal.
+    /// Slightly more than half the diagonal.
     fn radius(&self) -> f64 {
         0.51 * (self.max() - self.min()).length()
     }
 
-    /// The lines as edges that reach past the pixel's columns, whose cotangent is at most 7.
+    /// The grid lines as edges that reach past the pixel's columns; their cotangent is at most 7.
     fn lines(&self, frame: &Frame) -> Vec<(Edge, Vec<Toggle>)> {
         let pad = 8.0 * (self.max() - self.min()).max_element();
         let (min, max) = (self.min() - pad, self.max() + pad);
@@ -269,8 +269,8 @@ impl Grid {
         columns.chain(rows).collect()
     }
 
-    /// Nodes and weights on [0, 1] that integrate exactly over a length, the Gaussian to rounding.
-    /// Otherwise h f is of degree 4, and its column and the column's derivative of degree 5.
+    /// Nodes and weights on [0, 1] that are exact over a length, or accurate to rounding for the Gaussian.
+    /// For the other filters h f is of degree 4, and its column and the column's derivative of degree 5.
     fn nodes(&self, length: f64) -> impl Iterator<Item = (f64, f64)> + use<> {
         let (pieces, points) = match self.filter {
             Filter::Box | Filter::Tent => (1.0, 3),
@@ -285,7 +285,7 @@ impl Grid {
         (0..pieces as u32).flat_map(move |k| node(f64::from(k)))
     }
 
-    /// h at a moving offset from the centre, as the smooth function that it is in `cell`.
+    /// h at a moving offset from the centre, as the smooth function that represents it in `cell`.
     fn filter(&self, offset: Vector2, cell: [usize; 2]) -> Dual64 {
         let axis = |k: usize| {
             let x = offset.0[k] / self.pixel;

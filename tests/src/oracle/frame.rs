@@ -24,8 +24,8 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    /// The angle, among many in the first quadrant, at which the edge nearest to the vertical is
-    /// farthest from it. Both image axes are among the edges.
+    /// The candidate angle in the first quadrant that maximises the least angle of any edge, both image axes
+    /// included, to the vertical.
     pub(super) fn new(scene: &Scene) -> Self {
         let point = |v: usize| scene.vertices()[v];
         let mut directions: Vec<_> =
@@ -35,7 +35,7 @@ impl Frame {
             let axis = DVec2::from_angle(angle);
             directions.iter().map(|d| d.dot(axis).abs()).fold(f64::INFINITY, f64::min)
         };
-        // Multiples of no nice fraction of π.
+        // No multiples of simple fractions of π.
         let angles = (0..200).map(|i| 0.151_713 + 0.006_341 * f64::from(i));
         let best = angles.max_by(|a, b| steepest(*a).total_cmp(&steepest(*b))).unwrap_or(0.739_085_1);
         Self::at(best)
@@ -99,8 +99,8 @@ impl Edge {
         self.left.y + (x - self.left.x) * self.slope
     }
 
-    /// Whether it reaches from the left of x, x included, to the right of it: where x is that of a
-    /// vertex, of the two edges of a ring that meet there both or none or the right one count.
+    /// Whether the edge reaches from the left of x, x included, to the right of it. At the x of a vertex this
+    /// counts, of the two edges of a ring that meet there, both, neither, or the right one.
     pub(super) fn spans(&self, x: DoubleDouble) -> bool {
         self.left.x <= x && x < self.right.x
     }
@@ -124,8 +124,8 @@ impl Edge {
 
     /// Its height above `origin` as a function of the offset from `origin` in x.
     pub(super) fn line(&self, origin: Point) -> Line {
-        // y(x) = y₀ + (x − x₀) m. The real part through the origin in 106 bits; the dual part from
-        // the end that is not far away.
+        // y(x) = y₀ + (x − x₀) m. The real part is taken through the origin in 106 bits; the dual part from
+        // the nearer end.
         let x = (self.left.x - origin.x).value();
         let velocity = self.left_velocity;
         Line {

@@ -1,4 +1,4 @@
-//! The edges of a scene in turned coordinates, where they cross, and what crossing them changes.
+//! The edges of a scene in turned coordinates, their crossings, and the change of state across each edge.
 
 use std::collections::BTreeMap;
 
@@ -8,14 +8,14 @@ use glam::DVec2;
 use super::frame::{Edge, Frame, Point};
 use crate::double_double::DoubleDouble;
 
-/// What changes where a column, going up, crosses an edge.
+/// The change of state where an upward column crosses an edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Toggle {
     /// Into or out of a shape.
     Shape(usize),
     /// Into or out of a triangle of the material.
     Triangle(usize),
-    /// To the filter column on the left: x decreases along a column that goes up.
+    /// To the filter column on the left: x decreases along an upward column.
     FilterColumn,
     /// To the next filter row.
     FilterRow,
@@ -26,16 +26,16 @@ pub(super) enum Toggle {
 pub(super) struct Sweep {
     pub(super) frame: Frame,
     pub(super) edges: Vec<(Edge, Vec<Toggle>)>,
-    /// The vertices of each triangle of a non-constant material shade, in the whole scene's
-    /// numbering, after its shape.
+    /// The vertices of each triangle of a non-constant material shade, in the numbering of the whole scene,
+    /// with the index of its shape first.
     pub(super) triangles: Vec<(usize, [usize; 3])>,
     /// Vertices and crossings by x.
     pub(super) events: Vec<Point>,
 }
 
 impl Sweep {
-    /// Turns all edges and intersects every pair. The ends of edges that share a vertex or lie on
-    /// each other are events as vertices.
+    /// Turns all edges and intersects every pair. The ends of edges that share a vertex or overlap are events
+    /// already, as vertices.
     pub(super) fn new(scene: &Scene, velocities: &[DVec2], frame: Frame) -> Self {
         let mut triangles = vec![];
         let mut toggles: BTreeMap<[usize; 2], Vec<Toggle>> = BTreeMap::new();

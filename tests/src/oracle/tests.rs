@@ -39,7 +39,7 @@ fn half_covered_pixel() {
     assert_near(tent.value, DVec3::splat(0.5 * 0.875), 1e-15, "tent value");
     assert_near(tent.derivative, DVec3::splat(0.875), 1e-15, "tent derivative");
     assert!(tent.absolute >= 0.875 && tent.absolute < 20.0, "{}", tent.absolute);
-    // Half a unit to the right h(x = 2) = ½ and the value is 1 − ½·½² of 7/8.
+    // After half a unit to the right h(x = 2) = ½ and the value is 1 − ½·½² of 7/8.
     let scene = white(square(-2.0, -2.0, 4.0));
     let tent = pixel(&scene, &velocities, &film(Filter::Tent), 1, 1);
     assert_near(tent.value, DVec3::splat(0.875 * 0.875), 1e-15, "tent value");
@@ -72,7 +72,7 @@ fn a_disc_about_its_centre_keeps_its_area() {
     assert!((area - exact).abs() < 1e-13, "area {area} for {exact}");
     let rate: f64 = pixels.iter().map(|p| p.derivative.x).sum();
     assert!(rate.abs() < 1e-13, "rate {rate:e}");
-    // But a pixel at its rim sees corners pass.
+    // A pixel at its rim, however, sees corners pass.
     assert!(pixels.iter().any(|p| p.derivative.x.abs() > 1e-4));
 }
 
@@ -87,7 +87,7 @@ fn shades_of_the_image_stay_and_shades_of_the_material_go_along() {
         let p = pixel(&scene, &velocities, &film, 1, 1);
         assert_near(p.value, DVec3::splat(1.5), 1e-14, "value");
         assert_near(p.derivative, DVec3::splat(rate), 1e-14, "translated");
-        // Scaled about the origin v = u, and the mean of −∇f·v is that of −x.
+        // Under scaling about the origin v = u, and the mean of −∇f·v is that of −x.
         let velocities = Motion::scale([0], DVec2::ZERO).velocities(&scene).unwrap();
         let p = pixel(&scene, &velocities, &film, 1, 1);
         assert_near(p.derivative, DVec3::splat(1.5 * rate), 1e-14, "scaled");
@@ -112,8 +112,8 @@ fn a_quadratic_shade_under_a_tent() {
 
 #[test]
 fn crossings_of_nearly_coincident_edges_are_found_where_they_are() {
-    // Two edges that cross at (1.5, y) at an angle of 2·10⁻¹³ and part at speed 1: the upper square
-    // shows the lower one's colour on the left half only.
+    // Two edges that cross at (1.5, y) at an angle of 2·10⁻¹³ and part at speed 1: the upper square reveals
+    // the lower one's colour on the left half only.
     let gap = 1e-13;
     let below = polygon(&[(0.0, 0.0), (3.0, 0.0), (3.0, 1.5 + gap), (0.0, 1.5 - gap)]);
     let above = polygon(&[(0.0, 0.0), (3.0, 0.0), (3.0, 1.5 - gap), (0.0, 1.5 + gap)]);
@@ -131,7 +131,7 @@ fn crossings_of_nearly_coincident_edges_are_found_where_they_are() {
     assert_near(p.derivative, DVec3::new(2.0 - crossing, 0.0, 0.0), 1e-12, "derivative");
 }
 
-/// (−f(2h) + 8 f(h) − 8 f(−h) + f(−2h))/12h by the oracle's own values.
+/// The stencil (−f(2h) + 8 f(h) − 8 f(−h) + f(−2h))/12h of the oracle's own values.
 fn stencil(case: &Case, step: f64) -> Vec<DVec3> {
     let still = vec![DVec2::ZERO; case.scene.vertices().len()];
     let images = [-2.0, -1.0, 1.0, 2.0].map(|k| {
@@ -146,7 +146,8 @@ fn stencil(case: &Case, step: f64) -> Vec<DVec3> {
         .collect()
 }
 
-/// Every kind with a tolerance for finite differences: beside a degenerate configuration the image
+/// Every kind, with a tolerance for finite differences: beside a degenerate configuration the image is only
+/// once differentiable, and the error is of the order of the step.
 /// is only once differentiable, and the error is that of the step.
 #[test]
 fn derivatives_are_those_of_the_values() {
@@ -201,8 +202,8 @@ fn no_angle_is_special() {
 
 #[test]
 fn a_vertex_halfway_between_two_events_counts_once() {
-    // Vertices below the pixel are no events of it. Here, at this angle, one lies under the exact
-    // middle of a slab, where two edges end and begin.
+    // Vertices below the pixel are no events of it. Here, at this angle, one lies exactly below the middle of
+    // a slab, where two edges end and begin.
     let quad = polygon(&[(17.75, 11.25), (18.25, 11.25), (18.25, 12.5), (17.75, 12.5)]);
     let scene = white(quad);
     let film = Film::placed(6, 6, Filter::Tent, DVec2::new(16.5, 11.0), 0.5).unwrap();
@@ -215,7 +216,7 @@ fn a_vertex_halfway_between_two_events_counts_once() {
 
 #[test]
 fn values_are_those_of_what_the_scene_shows() {
-    // Against sums over a grid, which err by about the length of the edges times its spacing.
+    // Reference: sums over a grid, whose error is about the length of the edges times the grid spacing.
     const SIDE: i32 = 60;
     worst::assert_below(0.02, cases(200..206), |(kind, seed)| {
         let case = random(seed, kind);
