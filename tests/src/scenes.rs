@@ -1,9 +1,9 @@
 //! Random plane scenes: generic, degenerate in a named way, and not differentiable.
 //!
-//! A [`Case`] is built from [`Knobs`] by [`Knobs::build`]. [`random`] draws the knobs from a seed;
-//! [`knobs`] lets proptest draw them, so that a failure shrinks to few shapes with few vertices
-//! and the simplest filter. All cases but those of [`non_differentiable`] have a derivative, though
-//! that of [`Kind::NearlyCoincident`] changes within a displacement of one gap.
+//! A [`Case`] is built from [`Knobs`] by [`Knobs::build`]. [`random`] draws the knobs from a seed; [`knobs`]
+//! lets proptest draw them, so that a failure shrinks to few shapes with few vertices and the simplest
+//! filter. All cases but those of [`non_differentiable`] have a derivative, though that of
+//! [`Kind::NearlyCoincident`] changes within a displacement of one gap.
 
 mod degenerate;
 mod pieces;
@@ -18,16 +18,16 @@ use pieces::{Piece, Window};
 use crate::choices::choices;
 use crate::dice::Dice;
 
-/// A scene that moves, and a film that looks at it.
+/// A moving scene and the film that views it.
 #[derive(Clone, Debug)]
 pub struct Case {
     /// Shapes that cross the film's border.
     pub scene: Scene,
-    /// What θ does to it.
+    /// The motion of the scene's vertices with θ.
     pub motion: Motion,
     /// 3 × 3 to 6 × 6 pixels.
     pub film: Film,
-    /// The knobs, in words: what a failing test should print.
+    /// The knobs in words, for failure messages.
     pub label: String,
 }
 
@@ -39,13 +39,13 @@ impl Case {
 }
 
 choices! {
-    /// What is degenerate about a scene.
+    /// Degeneracy of a scene.
     Kind {
-        /// Nothing.
+        /// None.
         Generic,
         /// Two polygons side by side share edges, or parts of one, and move as one.
         CoincidentTogether,
-        /// Two polygons that share part of an edge move apart, below a third that hides where.
+        /// Two polygons that share part of an edge move apart, below a third that hides that part.
         CoincidentHidden,
         /// Two polygons that move differently have a vertex in common.
         SharedVertex,
@@ -57,30 +57,30 @@ choices! {
         EdgeThroughCorner,
         /// Vertices lie exactly on pixels' corners.
         VertexOnCorner,
-        /// Edges run along the lines where the filter is not smooth; along a box's border they stand
-        /// still or slide along themselves.
+        /// Edges run along the lines where the filter is not smooth; along a box's border they are at rest or
+        /// slide along themselves.
         GridAligned,
         /// Polygons 10³ to 10⁶ times as long as wide.
         Sliver,
         /// Edges of two polygons that move differently are 10⁻⁶, 10⁻¹⁰ or 10⁻¹³ pixels apart.
         NearlyCoincident,
-        /// Copies of one polygon lie on each other and move as one.
+        /// Copies of one polygon coincide and move as one.
         NestedCopies,
         /// A polygon's hole is exactly filled by another, and they move as one.
         FilledHole,
     }
 }
 
-/// All that a case depends on.
+/// Parameters that determine a case.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Knobs {
-    /// Everything that has no knob of its own.
+    /// The seed of everything that has no knob of its own.
     pub seed: u64,
-    /// What is degenerate.
+    /// The degeneracy.
     pub kind: Kind,
-    /// How many shapes, 1 to 5; more where the kind needs more.
+    /// The number of shapes, 1 to 5; more where the kind needs more.
     pub shapes: usize,
-    /// The most vertices of a ring, 3 to 12.
+    /// The maximum number of vertices of a ring, 3 to 12.
     pub vertices: usize,
     /// The pixel filter.
     pub filter: Filter,
@@ -98,8 +98,8 @@ impl Knobs {
     pub fn build(&self) -> Case {
         let window = Window::random(&mut Dice::new(self.seed, 0), self.filter, self.kind == Kind::Generic);
         let mut stack = pieces(self, &window);
-        // The rest is generic, above and below. Each shape has dice of its own, so that there may
-        // be fewer of them while the others stay as they are.
+        // The rest is generic, above and below. Each shape has its own dice, so that the others stay as they
+        // are when shapes are removed.
         let rest = self.shapes.saturating_sub(stack.len());
         for i in 0..rest {
             let mut dice = Dice::new(self.seed, 100 + i as u64);
@@ -118,7 +118,7 @@ pub fn random(seed: u64, kind: Kind) -> Case {
     Knobs::random(seed, kind).build()
 }
 
-/// Knobs over some kinds; shrinks towards the first kind, one shape, triangles and a box.
+/// Strategy over some kinds; shrinks towards the first kind, one shape, triangles and a box.
 pub fn knobs(kinds: Vec<Kind>) -> impl Strategy<Value = Knobs> {
     let filters = vec![Filter::Box, Filter::Tent, Filter::Gaussian];
     let parts = (any::<u64>(), prop::sample::select(kinds), 1..=5_usize, 3..=12_usize);
@@ -131,9 +131,9 @@ pub fn knobs(kinds: Vec<Kind>) -> impl Strategy<Value = Knobs> {
     })
 }
 
-/// A case whose image has no derivative, in a pixel well inside the film: even seeds tear two
-/// polygons apart along a visible edge that they share, odd seeds push an edge across the border
-/// of a box pixel that it lies on.
+/// A case whose image has no derivative, in a pixel well inside the film: even seeds separate two polygons
+/// along a visible edge that they share, odd seeds push an edge across the border of a box pixel that it lies
+/// on.
 pub fn non_differentiable(seed: u64) -> Case {
     degenerate::non_differentiable(seed)
 }

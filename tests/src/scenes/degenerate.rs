@@ -1,7 +1,7 @@
-//! Scenes that are degenerate in one way each.
+//! Scenes with one degeneracy each.
 //!
-//! Where a point must lie exactly on a line it is the midpoint of two points on a grid of 1/64
-//! pixel, and the film's corner and pixel are dyadic too: then no step rounds.
+//! A point that must lie exactly on a line is the midpoint of two points on a grid of 1/64 pixel; the film's
+//! corner and pixel are dyadic too, so that no step rounds.
 
 use std::f64::consts::PI;
 
@@ -12,7 +12,7 @@ use super::pieces::{Move, Piece, Window, assemble, hole, sliver, star};
 use super::{Case, Kind, Knobs};
 use crate::dice::Dice;
 
-/// The pieces that make a scene of the knobs' kind, in painter's order; none if it is generic.
+/// The pieces that give a scene the knobs' degeneracy, in painter's order; none if it is generic.
 pub(super) fn pieces(knobs: &Knobs, window: &Window) -> Vec<Piece> {
     let dice = &mut Dice::new(knobs.seed, 2);
     match knobs.kind {
@@ -37,7 +37,7 @@ fn dyadic(p: DVec2) -> DVec2 {
     (p * 64.0).round() / 64.0
 }
 
-/// A dyadic vector of about `length` that no axis is near to.
+/// A dyadic vector of length about `length`, not close to either axis.
 fn oblique(dice: &mut Dice, length: f64) -> DVec2 {
     let angle = dice.between(0.1, 0.4) * PI + dice.pick(&[0.0, 0.5, 1.0, 1.5]) * PI;
     dyadic(DVec2::from_angle(angle) * length)
@@ -166,7 +166,7 @@ fn touching(dice: &mut Dice, window: &Window, vertices: usize) -> Vec<Piece> {
             each(dice, window, [rectangle, tip], motions)
         }
         _ => {
-            // Two rings of one polygon, which may come apart.
+            // Two rings of one polygon, which may separate.
             let (tip, direction) = (at(0.0, 0.0), DVec2::from_angle(dice.between(0.0, PI)));
             let rings = [wedge(dice, tip, direction, a), wedge(dice, tip, -direction, b)];
             let motion = Move::any(dice, window, a + b);
@@ -213,14 +213,14 @@ fn grid_aligned(dice: &mut Dice, window: &Window) -> Vec<Piece> {
         vec![DVec2::new(x[0], y[0]), DVec2::new(x[1], y[0]), DVec2::new(x[1], y[1]), DVec2::new(x[0], y[1])]
     };
     if window.film.filter() != Filter::Box {
-        // A tent is not smooth on lines through pixel centres, a Gaussian's cells end on these and
-        // on pixel borders.
+        // A tent is not smooth on lines through pixel centres; a Gaussian's cells end on these and on pixel
+        // borders.
         let min = corner - DVec2::new(dice.pick(&[0.5, 1.0, 1.5]), dice.pick(&[0.5, 1.0]));
         let max = corner + DVec2::new(dice.pick(&[0.5, 1.0]), dice.pick(&[0.5, 1.0, 2.0]));
         let motion = Move::any(dice, window, 4);
         return vec![Piece::new(dice, window, &[axis_rectangle([min.x, max.x], [min.y, max.y])], motion)];
     }
-    // Still, or sliding along the two edges that lie on pixel borders.
+    // At rest, or sliding along the two edges that lie on pixel borders.
     let ends = [-dice.between(0.2, 1.8), dice.between(0.2, 1.8)];
     let whole = [-1.0, dice.pick(&[1.0, 2.0])];
     let speed = dice.pick(&[-1.0, 0.7]) * window.film.pixel();
@@ -253,12 +253,12 @@ fn nearly_coincident(dice: &mut Dice, window: &Window) -> Vec<Piece> {
     let first = rectangle(&at, [-2.0, 2.0], [-1.5, 0.0]);
     let across = at(0.0, 1.0) - at(0.0, 0.0);
     let gap = dice.pick(&[1e-6, 1e-10, 1e-13]) * across.normalize();
-    // Apart, overlapping, crossing, or apart from one common end on.
+    // Separated, overlapping, crossing, or diverging from one common end.
     let ends = [[1.0, 1.0], [-1.0, -1.0], [1.0, -0.6], [-0.7, 1.0], [0.0, 1.0], [0.0, -1.0]];
     let [left, right] = dice.pick(&ends);
     let from = if left == 0.0 { -2.0 } else { dice.pick(&[-2.0, -1.0]) };
     let to = dice.pick(&[1.0, 2.0]);
-    // On either side of the first one's edge; aslant, so that no other edge is near another.
+    // On either side of the first one's edge; oblique, so that no other edge is near another.
     let side = dice.pick(&[-1.0, 1.0]);
     let second = vec![
         at(from, 0.0) + left * gap,
@@ -280,7 +280,7 @@ fn nested_copies(dice: &mut Dice, window: &Window, vertices: usize) -> Vec<Piece
     let count = dice.count(2, 3);
     (0..count)
         .map(|_| {
-            // The same outline from another vertex, perhaps the other way round.
+            // The same outline from another vertex, perhaps reversed.
             let mut copy = ring.clone();
             copy.rotate_left(dice.count(0, n - 1));
             if dice.chance(0.5) {

@@ -1,4 +1,4 @@
-//! What random scenes are made of: films, outlines, shades and moves.
+//! Building blocks of random scenes: films, outlines, shades and motions.
 
 use std::f64::consts::TAU;
 
@@ -7,15 +7,15 @@ use glam::{DMat2, DVec2, DVec3};
 
 use crate::dice::Dice;
 
-/// The film, and lengths in its pixels. Whole pixels are pixel corners.
+/// The film and its unit of length, the pixel. Integer coordinates are pixel corners.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Window {
     pub(super) film: Film,
 }
 
 impl Window {
-    /// A film of 3 × 3 to 6 × 6 pixels, somewhere. Unless it is `generic`, its corner and pixel are
-    /// dyadic, and so are the places of dyadic numbers of pixels.
+    /// A film of 3 × 3 to 6 × 6 pixels at a random position. Unless it is `generic`, its corner and pixel are
+    /// dyadic, and so are positions at dyadic numbers of pixels.
     pub(super) fn random(dice: &mut Dice, filter: Filter, generic: bool) -> Self {
         let (width, height) = (dice.count(3, 6), dice.count(3, 6));
         let (corner, pixel) = match (dice.count(0, 2), generic) {
@@ -35,7 +35,7 @@ impl Window {
         DVec2::new(self.film.width() as f64, self.film.height() as f64)
     }
 
-    /// The place of a point given in pixels.
+    /// The position of a point given in pixels.
     pub(super) fn place(&self, p: DVec2) -> DVec2 {
         self.film.corner() + self.film.pixel() * p
     }
@@ -53,7 +53,7 @@ impl Window {
     }
 }
 
-/// How one shape moves; lengths in the scene's unit.
+/// The motion of one shape; lengths in the scene's unit.
 #[derive(Clone, Debug)]
 pub(super) enum Move {
     Still,
@@ -65,7 +65,7 @@ pub(super) enum Move {
 }
 
 impl Move {
-    /// A linear field of velocities, none of them 0 everywhere: shapes that share it stay together.
+    /// A linear velocity field that is not 0 everywhere: shapes that share it stay together.
     pub(super) fn affine(dice: &mut Dice, window: &Window) -> Self {
         let pixel = window.film.pixel();
         let centre = window.place(window.somewhere(dice, 0.0));
@@ -77,7 +77,7 @@ impl Move {
         }
     }
 
-    /// Any move of a polygon of `vertices` vertices.
+    /// A random motion of a polygon of `vertices` vertices.
     pub(super) fn any(dice: &mut Dice, window: &Window, vertices: usize) -> Self {
         match dice.count(0, 5) {
             0 => Self::Still,
@@ -98,7 +98,7 @@ impl Move {
     }
 }
 
-/// A shape and how it moves.
+/// A shape and its motion.
 #[derive(Clone, Debug)]
 pub(super) struct Piece {
     pub(super) shape: Shape,
@@ -136,7 +136,7 @@ impl Piece {
 /// A star-shaped ring about `centre` of radius 0.5 to 1 times `radius`.
 pub(super) fn star(dice: &mut Dice, centre: DVec2, radius: f64, vertices: usize) -> Vec<DVec2> {
     let start = dice.between(0.0, TAU);
-    // No gap reaches half a turn.
+    // No angular gap reaches half a turn.
     let jitter = if vertices == 3 { 0.2 } else { 0.3 };
     (0..vertices)
         .map(|k| {
@@ -165,7 +165,7 @@ pub(super) fn sliver(dice: &mut Dice, centre: DVec2, aspect: f64) -> Vec<DVec2> 
     }
 }
 
-/// A constant, linear or quadratic shade, attached to either.
+/// A constant, linear or quadratic shade, attached to the image or to the material.
 pub(super) fn shade(dice: &mut Dice, window: &Window) -> Shade {
     let pixel = window.film.pixel();
     let attachment = dice.pick(&[Attachment::Image, Attachment::Material]);

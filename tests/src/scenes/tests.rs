@@ -1,4 +1,4 @@
-//! Whether the scenes are what their kind says.
+//! Checks that random scenes have the degeneracy of their kind.
 
 use flatland::plane::orient;
 use glam::DVec3;
@@ -58,7 +58,7 @@ fn cases_depend_on_their_knobs_alone_and_fit_their_films() {
     }
 }
 
-/// How often a property holds among the cases of a kind.
+/// The fraction of a kind's cases that have a property.
 fn share(kind: Kind, holds: impl Fn(&Case) -> bool) -> f64 {
     (0..100).filter(|&seed| holds(&random(seed, kind))).count() as f64 / 100.0
 }
@@ -78,7 +78,7 @@ fn has_t_junction(case: &Case) -> bool {
     })
 }
 
-/// How many pairs of edges of different shapes have the same two ends.
+/// The number of pairs of edges of different shapes with the same two ends.
 fn shared_edges(case: &Case) -> usize {
     let ends = |e: [usize; 2]| {
         let mut ends = e.map(|v| case.scene.vertices()[v].to_array().map(f64::to_bits));
@@ -162,7 +162,7 @@ fn proptest_draws_every_kind() {
     });
     assert_eq!(all, Ok(()));
     assert_eq!(seen.borrow().len(), Kind::ALL.len());
-    // And shrinks to the simplest case.
+    // Failures also shrink to the simplest case.
     let simplest = runner().run(&knobs(Kind::ALL.to_vec()), |_| Err(TestCaseError::fail("always")));
     let simplest = match simplest {
         Err(prop::test_runner::TestError::Fail(_, knobs)) => knobs,

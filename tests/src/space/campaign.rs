@@ -1,10 +1,10 @@
-//! One number per scene of space, estimated and exact, over many scenes, by the
-//! [`Verdict`] of the plane's campaigns.
+//! Statistical comparison of estimated with exact values over many scenes in space, one number per scene, by
+//! the [`Verdict`] of the plane's campaigns.
 //!
-//! Pixels share their samples, by the filter and because cells share random numbers, so that the
-//! standard error of a weighted sum of pixels is none of their own errors'. A gradient is
-//! estimated many times over, with independent seeds, and the error of the mean is that of the
-//! repetitions: Student's distribution is the one to compare with.
+//! Pixels share their samples, through the filter and because cells share random numbers, so that the
+//! standard error of a weighted sum of pixels does not follow from their own errors. A gradient is estimated
+//! many times, with independent seeds, and the error of the mean is that of the repetitions, to be compared
+//! with Student's distribution.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -24,15 +24,15 @@ use crate::comparison::Estimate;
 use crate::power::Power;
 use crate::statistics::{student, suite_threshold};
 
-/// How often a gradient is estimated, in each of a verdict's two halves.
+/// Number of independent estimates of a gradient in each of a verdict's two halves.
 pub const REPETITIONS: u64 = 32;
 
-/// A scene with its exact derivative, seen through fixed random weights.
+/// A scene with its exact derivative, reduced to one number by fixed random weights.
 #[derive(Debug)]
 pub struct Known {
     /// The scene.
     pub scene: Scene,
-    /// What moves.
+    /// The tangent of the scene's parameters.
     pub change: Tangent,
     /// One weight per pixel and channel.
     pub weights: Vec<DVec3>,
@@ -40,16 +40,16 @@ pub struct Known {
     pub exact: f64,
     /// The estimated error of [`exact`](Self::exact), which counts as one more standard error.
     pub error: f64,
-    /// What errors are measured by where [`exact`](Self::exact) is nearly 0: |weights| · |I|, the change of the whole
+    /// Scale of errors where [`exact`](Self::exact) is nearly 0: |weights| · |I|, the change of the whole
     /// image by itself.
     pub scale: f64,
-    /// Enough to repeat it.
+    /// Description that suffices to repeat the case.
     pub label: String,
 }
 
-/// A method that draws samples, all of them from its seed.
+/// A sampling method, all of whose samples follow from its seed.
 pub trait Sampler: Sync {
-    /// The same with another seed: its own and so much more.
+    /// A copy of the method with its seed increased by `more`.
     fn reseeded(&self, more: u64) -> Self;
 
     /// The gradient image.
@@ -90,7 +90,7 @@ macro_rules! sampler {
 sampler!(WarpedArea);
 sampler!(EdgeSampling);
 
-/// What a pilot chooses.
+/// The method that a pilot chooses.
 impl Sampler for Pilot {
     fn reseeded(&self, more: u64) -> Self {
         Self { seed: self.seed.wrapping_add(more), ..*self }
@@ -112,7 +112,7 @@ impl Sampler for Pilot {
     }
 }
 
-/// The default method with so many samples a pixel.
+/// The default method with `samples` samples a pixel.
 pub fn warped(samples: usize) -> WarpedArea {
     WarpedArea { samples, ..WarpedArea::default() }
 }
@@ -130,7 +130,7 @@ pub fn directed(derivative: &[DVec3]) -> Vec<DVec3> {
 }
 
 impl Known {
-    /// With the weights of [`directed`].
+    /// A case with the weights of [`directed`].
     pub(crate) fn new(
         moving: Moving,
         derivative: &[DVec3],
@@ -167,7 +167,8 @@ impl Known {
         Self::of_pixels(direct, &pixels, 1.0, label)
     }
 
-    /// The same of pixels that are known, whose stated errors are short by a factor.
+    /// A ground in direct light whose pixels are given, with stated errors that are too small by the factor
+    /// `short`.
     pub(crate) fn of_pixels(direct: &DirectScene, pixels: &[Pixel], short: f64, label: &str) -> Self {
         let derivative: Vec<DVec3> = pixels.iter().map(|p| p.derivative).collect();
         let error: Vec<f64> = pixels.iter().map(|p| short * p.derivative_error).collect();
@@ -195,8 +196,9 @@ impl Known {
         Self { scene, change, weights, exact, error: 0.0, scale: 0.0, label: label.to_owned() }
     }
 
-    /// Weighs pixels by their gradient, so that parts of opposite sign do not cancel. The gradient is that by
-    /// central differences: a method under test would give no weight to the pixels where it misses something.
+    /// Weights pixels by their gradient, so that parts of opposite sign do not cancel. The gradient is that
+    /// of central differences: the method under test would give no weight to pixels where it misses a
+    /// contribution.
     pub fn focused(self, samples: usize, step: f64) -> Self {
         let other = FiniteDifference { samples, step, seed: 7777 };
         let found = other.forward(&self.scene, &self.change, &Progress::none()).expect("valid");
@@ -208,8 +210,8 @@ impl Known {
         self.weighted(&self.run(method).gradient.pixels)
     }
 
-    /// Central differences with common random numbers at N steps, each twice the last, extrapolated (Richardson), and
-    /// how far apart the last two extrapolations are: errors of order h²ᴺ and h²ᴺ⁻².
+    /// Central differences with common random numbers at N steps, each twice the last, extrapolated
+    /// (Richardson), and the distance between the last two extrapolations: errors of order h²ᴺ and h²ᴺ⁻².
     pub fn differences<const N: usize>(&self, narrowest: FiniteDifference, runs: u64) -> (Estimate, f64) {
         let run = |k: u64| {
             let mut at: Vec<f64> = (0..N as i32)
@@ -217,7 +219,8 @@ impl Known {
                     let step = 2.0_f64.powi(i) * narrowest.step;
                     let method = FiniteDifference { step, seed: narrowest.seed + k, ..narrowest };
                     let found = method.forward(&self.scene, &self.change, &Progress::none()).expect("valid");
-                    // Of one side their errors are of order h, which is not what is extrapolated.
+                    // One-sided differences have errors of order h, to which the extrapolation does not
+                    // apply.
                     assert_eq!(found.one_sided, None);
                     self.weighted(&found.gradient.pixels)
                 })
@@ -237,7 +240,7 @@ impl Known {
     /// The mean of [`REPETITIONS`] runs of one half, with seeds of their own.
     pub fn repeated(&self, half: u64, run: impl Fn(u64) -> f64) -> Estimate {
         let runs = Estimate::of((0..REPETITIONS).map(|k| run(half * REPETITIONS + k)));
-        // Both halves are compared with the same number, whose error their mean does not reduce.
+        // Both halves are compared with the same reference, whose error their mean does not reduce.
         let standard_error = runs.standard_error.hypot(std::f64::consts::SQRT_2 * self.error);
         Estimate { standard_error, ..runs }
     }
@@ -247,7 +250,7 @@ impl Known {
         self.repeated(half, |seed| self.sample(&method.reseeded(seed)))
     }
 
-    /// What moves, as edge sampling wants it, which draws from the edges of that alone.
+    /// The moving parameters as active parameters for edge sampling, which then draws from their edges only.
     pub fn moving(&self) -> ActiveParameters {
         let Self { scene, change, .. } = self;
         let moves = |shape: usize| change.positions_of(scene, shape).iter().any(|v| *v != DVec3::ZERO);
@@ -261,15 +264,15 @@ impl Known {
         }
     }
 
-    /// Everything, but materials only if asked for: black surfaces of which the reflectance is active are followed
-    /// farther.
+    /// All parameters, materials only if asked for: paths continue past black surfaces whose reflectance is
+    /// active.
     pub fn everything(&self, materials: bool) -> ActiveParameters {
         let materials = vec![materials; self.scene.description().materials.len()];
         ActiveParameters { materials, ..ActiveParameters::everything(&self.scene) }
     }
 
-    /// Asserts that reverse mode is the transpose of forward mode, sample by sample, and returns how far it is from
-    /// that, relative to the absolute values of what is summed: sums over parameters may cancel.
+    /// Asserts that reverse mode is the transpose of forward mode, sample by sample, and returns the
+    /// discrepancy relative to the absolute values of the terms: sums over parameters may cancel.
     pub fn assert_transposed(&self, method: &impl Sampler, active: &ActiveParameters) -> f64 {
         let image = self.run(method).gradient;
         let forward = self.weighted(&image.pixels);
@@ -300,7 +303,7 @@ impl Reference for Known {
     }
 }
 
-/// What reverse mode returns, of which every sample must have been finite.
+/// The gradient of reverse mode, all of whose samples must have been finite.
 pub fn pulled(found: impl Into<Gradient>) -> Tangent {
     let Gradient { by_parameter: change, non_finite, .. } = found.into();
     assert!(non_finite.is_empty(), "{non_finite:?}");
@@ -312,12 +315,12 @@ pub fn limit() -> f64 {
     student(2 * (REPETITIONS - 1))
 }
 
-/// Those of a campaign.
+/// The limits of a campaign.
 pub fn limits() -> Limits {
     Limits { scene: limit(), slope: suite_threshold() }
 }
 
-/// `per_kind` cases of each kind, some of them cropped. Where nothing that is seen moves, nothing may be found.
+/// `per_kind` cases of each kind, some of them cropped. Where nothing visible moves, the estimate must be 0.
 pub fn coverage(kinds: &[CoverageKind], per_kind: u64) -> Vec<Known> {
     let knobs = kinds.iter().flat_map(|&k| (0..per_kind).map(move |i| CoverageKnobs::random(70_000 + i, k)));
     let knobs: Vec<_> = knobs.collect();
@@ -331,7 +334,7 @@ pub fn coverage(kinds: &[CoverageKind], per_kind: u64) -> Vec<Known> {
         .collect()
 }
 
-/// A window that leaves out something on each side or not, as the seed says.
+/// A crop window that, depending on the seed, omits something on each side.
 fn inner(width: usize, height: usize, seed: u64) -> Crop {
     let [left, right, above, below] = [2, 3, 4, 5].map(|bit| (seed >> bit & 1) as usize);
     Crop { x: left, y: above, width: width - left - right, height: height - above - below }
@@ -342,7 +345,7 @@ pub fn accept(power: &mut Power, name: &str, known: &[Known], method: &impl Samp
     Verdict::of(known, |k, half| k.estimate(half, method)).accept(power, name, limits());
 }
 
-/// Asserts that a wrong method is found out.
+/// Asserts that a wrong method is rejected.
 pub fn reject(name: &str, known: &[Known], estimate: impl Fn(&Known, u64) -> Estimate + Sync) {
     Verdict::of(known, estimate).reject(name, limits());
 }

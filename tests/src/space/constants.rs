@@ -1,4 +1,4 @@
-//! Numbers of space that are known without computing an integral.
+//! Quantities in space with closed forms.
 
 use std::f64::consts::PI;
 
@@ -6,9 +6,9 @@ use glam::DVec3;
 
 use super::coverage::Mesh;
 
-/// e Σ aʲ for j = 0 … `bounces`: the radiance, of light scattered at most so many times, everywhere in a closed room
-/// whose walls all emit e and reflect the share a of what arrives, whatever the shape of the room and whatever moves in
-/// it, if that has the same walls.
+/// e Σ aʲ for j = 0 … `bounces`: the radiance after at most `bounces` scattering events, everywhere in a
+/// closed room whose walls all emit e and reflect the share a of what arrives, whatever the shape of the room
+/// and whatever moves in it, if that has the same walls.
 pub fn furnace_up_to(albedo: f64, emission: f64, bounces: i32) -> f64 {
     (0..=bounces).map(|j| emission * albedo.powi(j)).sum()
 }
@@ -23,8 +23,8 @@ pub fn parallel_rectangles(a: f64, b: f64, c: f64) -> f64 {
     2.0 / (PI * x * y) * (logarithm + arcs)
 }
 
-/// The form factor from a rectangle w × l to a rectangle h × l that stands on its side l at a right
-/// angle (Howell, configuration C-14).
+/// The form factor from a rectangle w × l to a rectangle h × l that stands on its side l at a right angle
+/// (Howell, configuration C-14).
 pub fn perpendicular_rectangles(h: f64, w: f64, l: f64) -> f64 {
     let (h, w) = (h / l, w / l);
     let (h2, w2) = (h * h, w * w);
@@ -60,7 +60,7 @@ pub const BOX_FACES: [[usize; 4]; 6] =
 /// The room of [`furnace_up_to`]: a box of 12 triangles whose normals point inwards, all of the radiance
 /// `emission`, before a black background.
 pub fn furnace_room(min: DVec3, max: DVec3, emission: f64) -> Mesh {
-    // From inside the order is the other way round.
+    // Seen from inside the order is reversed.
     let triangles: Vec<_> = BOX_FACES.iter().flat_map(|&[a, b, c, d]| [[a, c, b], [a, d, c]]).collect();
     let radiance = vec![DVec3::splat(emission); triangles.len()];
     Mesh { positions: box_corners(min, max).to_vec(), triangles, radiance, background: DVec3::ZERO }
@@ -77,7 +77,7 @@ mod tests {
             (parallel_rectangles(1.0, 1.0, 1.0), perpendicular_rectangles(1.0, 1.0, 1.0));
         assert!((opposite - 0.199_824_895_698).abs() < 1e-11, "{opposite}");
         assert!((opposite + 4.0 * beside - 1.0).abs() < 1e-14, "{beside}");
-        // A box that is no cube, and the law that a w F = b h F'.
+        // A box that is no cube, and the reciprocity relation a w F = b h F'.
         let (a, b, c) = (1.3, 0.4, 2.2);
         let sum = parallel_rectangles(a, b, c)
             + 2.0 * perpendicular_rectangles(c, b, a)

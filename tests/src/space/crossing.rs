@@ -11,7 +11,7 @@ use super::worlds::{
     LitCrossingMoving,
 };
 
-/// Light on a ground past bodies that cross, of some kinds, by quadrature; `count` of each with every motion.
+/// Light on a ground past bodies of some kinds that cross, by quadrature; `count` of each with every motion.
 pub fn lit(kinds: &[LitCrossingKind], movings: &[LitCrossingMoving], count: u64) -> Vec<Known> {
     let pairs = kinds.iter().flat_map(|&kind| movings.iter().map(move |&moving| (kind, moving)));
     let knobs = pairs
@@ -21,7 +21,7 @@ pub fn lit(kinds: &[LitCrossingKind], movings: &[LitCrossingMoving], count: u64)
         let is_seen = LitCrossingKind::SEEN.contains(&knobs.kind);
         let pixels = if is_seen { direct.image_past_bodies(1e-3) } else { direct.image(1e-3) };
         let pixels = pixels.unwrap_or_else(|e| panic!("{e}\n{label}"));
-        // Where bodies touch the ground the stated error is short by up to a factor of three.
+        // Where bodies touch the ground, the stated error is too small by up to a factor of three.
         let short = if is_seen { 3.0 } else { 1.0 };
         Known::of_pixels(&direct, &pixels, short, &label)
     };
@@ -35,8 +35,8 @@ pub fn coverage(movings: &[CrossingMoving], per_pair: u64) -> Vec<Known> {
     knobs.collect::<Vec<_>>().par_iter().map(|knobs| Known::of_coverage(&knobs.build(), None)).collect()
 }
 
-/// Sums over the film that are 0 exactly: a black bar slides before a wall of one radiance, close to
-/// where another wall, at rest as well, comes out of it.
+/// Sums over the film that are exactly 0: a black bar slides before a wall of one radiance, close to where
+/// another wall, also at rest, comes out of it.
 pub fn zeros(count: u64) -> Vec<Known> {
     let zero = |seed: u64| {
         let case = bar(seed);
@@ -70,7 +70,7 @@ fn bar(seed: u64) -> CoverageCase {
         height: 8,
     };
     let turn = DVec2::from_angle(between(0.0, std::f64::consts::TAU));
-    // x across the crossing, which is the line x = 0 of the wall.
+    // x is measured across the crossing, which is the line x = 0 of the wall.
     let place = |x: f64, y: f64, z: f64| turn.rotate(DVec2::new(x, y)).extend(z);
     let mut mesh =
         Mesh { positions: vec![], triangles: vec![], radiance: vec![], background: DVec3::splat(0.3) };
@@ -93,7 +93,7 @@ fn bar(seed: u64) -> CoverageCase {
     let velocity = turn.rotate(DVec2::new(1.0, between(-0.5, 0.5))).extend(0.0);
     let mut motion = Motion { positions: vec![DVec3::ZERO; 12], camera: CameraMotion::default() };
     motion.positions[8..].fill(velocity);
-    // Whose sum over all pixels is the same everywhere.
+    // Filters whose sum over all pixels is the same everywhere.
     let filter = if seed.is_multiple_of(2) { Filter::Box } else { Filter::Tent };
     CoverageCase { mesh, camera, motion, filter, label: format!("bar {seed}") }
 }

@@ -7,7 +7,7 @@ use num_dual::{Dual64, DualNum};
 use crate::dual::Vector3;
 use crate::space::irradiance::Ray;
 
-/// How far the camera's axes may be from orthonormal: rounding of a rotation.
+/// Tolerance on the orthonormality of the camera's axes: rounding of a rotation.
 const ORTHONORMAL: f64 = 1e-12;
 
 /// A perspective pinhole camera with square pixels.
@@ -22,7 +22,7 @@ const ORTHONORMAL: f64 = 1e-12;
 /// so that pixel (i, j), row j from above, is [i, i+1] × [j, j+1].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// o, where all rays start.
+    /// o, the common origin of all rays.
     pub origin: DVec3,
     /// Towards larger x on the film. `right`, `up` and `forward` are orthonormal; that is
     /// right-handed when right × up = −forward, as for a camera without mirror.
@@ -33,13 +33,13 @@ pub struct Camera {
     pub forward: DVec3,
     /// φ, the full horizontal field of view in radians, in (0, π).
     pub field_of_view: f64,
-    /// Pixels a row.
+    /// Pixels per row.
     pub width: usize,
-    /// Rows.
+    /// Number of rows.
     pub height: usize,
 }
 
-/// What θ does to a camera: its derivative at θ = 0.
+/// The motion of a camera: its derivative at θ = 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CameraMotion {
     /// The velocity of the origin.
@@ -64,14 +64,14 @@ impl Camera {
         }
     }
 
-    /// The direction, not of unit length, in which the film's point u is seen.
+    /// The direction, not normalised, of the film's point u.
     pub fn direction(&self, u: DVec2) -> DVec3 {
         let scale = self.pixels_per_slope();
         let offset = (u - 0.5 * DVec2::new(self.width as f64, self.height as f64)) / scale;
         self.forward + offset.x * self.right - offset.y * self.up
     }
 
-    /// The ray to the film's point u, which stays where it is while the camera moves.
+    /// The ray through the film's point u, which is fixed while the camera moves.
     pub fn ray(&self, motion: &CameraMotion, u: DVec2) -> Ray {
         let direction = self.direction(u);
         // The offset from `forward` is proportional to tan(φ/2), of logarithmic derivative 1/sin φ.
@@ -84,12 +84,12 @@ impl Camera {
         }
     }
 
-    /// s: how many pixels a direction of slope 1 is away from the film's middle.
+    /// s: the distance in pixels of a direction of slope 1 from the film's centre.
     pub fn pixels_per_slope(&self) -> f64 {
         0.5 * self.width as f64 / (0.5 * self.field_of_view).tan()
     }
 
-    /// Refuses what is not a camera.
+    /// Rejects invalid cameras.
     pub(in crate::space) fn check(&self, motion: &CameraMotion) -> Result<()> {
         let axes = [self.right, self.up, self.forward];
         let product = |i: usize, j: usize| axes[i].dot(axes[j]) - f64::from(u8::from(i == j));
@@ -110,7 +110,7 @@ impl Camera {
         ([self.right, self.up, self.forward].map(axis), scale)
     }
 
-    /// Where a moving point is seen by the moving camera, how fast that moves, and its depth Z.
+    /// The image of a moving point under the moving camera, its velocity, and its depth Z.
     pub(super) fn project(&self, motion: &CameraMotion, point: Vector3) -> Projection {
         let offset = point - Vector3::new(self.origin, motion.origin);
         let (axes, scale) = self.moving(motion);
@@ -127,10 +127,10 @@ impl Camera {
 /// A vertex on the film.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Projection {
-    /// In pixels.
+    /// Position in pixels.
     pub(super) at: DVec2,
-    /// In pixels per unit of θ.
+    /// Velocity in pixels per unit of θ.
     pub(super) velocity: DVec2,
-    /// Along the direction of view.
+    /// Depth along the direction of view.
     pub(super) depth: f64,
 }

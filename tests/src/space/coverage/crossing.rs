@@ -1,4 +1,4 @@
-//! The segment in which two triangles cross (Möller 1997).
+//! The segment of intersection of two triangles (Möller 1997).
 
 use anyhow::Result;
 use glam::DVec3;
@@ -8,12 +8,12 @@ use super::plane::{Corner, Planes};
 /// Crossings shorter than this, relative to the triangles' parts of the line, are touching corners.
 const NO_LENGTH: f64 = 1e-11;
 
-/// Where two triangles pass through one another.
+/// The segment in which two triangles pass through one another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossing {
-    /// The two, by their numbers in the mesh.
+    /// The numbers of the two in the mesh.
     pub triangles: [usize; 2],
-    /// The ends of the segment that they share, at θ = 0.
+    /// The ends of the common segment at θ = 0.
     pub ends: [DVec3; 2],
 }
 
@@ -27,7 +27,7 @@ impl Crossing {
         else {
             return Ok(None);
         };
-        // Both are on the line of the two planes: the direction of either.
+        // Both lie on the line of intersection of the two planes, so either gives its direction.
         let direction = first[1] - first[0];
         let sorted = |[p, q]: [DVec3; 2]| if direction.dot(q - p) < 0.0 { [q, p] } else { [p, q] };
         let (first, second) = (sorted(first), sorted(second));
@@ -40,7 +40,7 @@ impl Crossing {
     }
 }
 
-/// Whether the boxes around two triangles do not meet.
+/// Whether the bounding boxes of two triangles are disjoint.
 fn apart(planes: &Planes, triangles: [usize; 2]) -> bool {
     let [a, b] = triangles.map(|t| {
         let corners = planes.corners(t).map(|v| planes.place(Corner::Vertex(v)).value());

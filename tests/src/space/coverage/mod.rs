@@ -1,30 +1,30 @@
 //! Primary visibility: pixels of a mesh of constant radiance and their derivatives, exactly.
 //!
-//! Seen by a pinhole camera, a triangle is a triangle of the film, and opaque triangles are a scene
-//! of [`flatland::plane`] in painter's order. Its vertices move with the projected velocities,
-//! which dual numbers give for any motion of mesh and camera. All that follows is the plane's exact
-//! arrangement: I = ∫ h f du, and dI/dθ = ∮ h Δf (v·ν) dl.
+//! Under a pinhole camera the image of a triangle is a triangle of the film, and opaque triangles are a scene
+//! of [`flatland::plane`] in painter's order. Its vertices move with the projected velocities, which dual
+//! numbers give for any motion of mesh and camera. The rest is the plane's exact arrangement: I = ∫ h f du,
+//! and dI/dθ = ∮ h Δf (v·ν) dl.
 //!
-//! Two things make that complete. The radiance of a triangle is constant, so that there is no
-//! interior term. And the plane's boundary velocity, linear along an edge, has the right normal
-//! part, though the material points of an edge move on the film at speeds that are *not* linear
-//! along it: the image of the edge is, for all θ, the straight segment between the images of its
-//! end points, ((1 − s) p(θ) + s q(θ)) for 0 ≤ s ≤ 1. Perspective only relabels the points of that
-//! segment, by another s for the same material point, and relabelling changes the velocity along
-//! the segment but not across it.
+//! Two facts make that complete. The radiance of a triangle is constant, so there is no interior term. And
+//! the plane's boundary velocity, linear along an edge, has the right normal part, though the material points
+//! of an edge move on the film at speeds that are *not* linear along it: the image of the edge is, for all θ,
+//! the straight segment between the images of its end points, ((1 − s) p(θ) + s q(θ)) for 0 ≤ s ≤ 1.
+//! Perspective only reparametrises that segment, by another s for the same material point, and a
+//! reparametrisation changes the velocity along the segment but not across it.
 //!
-//! Triangles may pass through one another. Two of them cross in a segment of the line that their planes share. Each is
-//! cut along that line, from border to border; of what is left, no two pieces cross, and painter's order and the plane's
-//! arrangement follow as for triangles that never crossed. That a cut reaches beyond the crossing does no harm: the two
-//! sides of it have one radiance.
+//! Triangles may pass through one another. Two of them cross in a segment of the line that their planes
+//! share. Each is cut along that line, from border to border; no two of the resulting pieces cross, and
+//! painter's order and the plane's arrangement follow as for triangles that never crossed. A cut beyond the
+//! crossing is harmless: both its sides have the same radiance.
 //!
-//! All that is new moves as it must. A corner of a piece is a vertex, or an edge pierced by a plane, or a point of three
-//! planes, and is computed as such in dual numbers: so it stays on the line of both planes for all θ, the image of a side
-//! of a piece is the segment between the images of its ends, and the normal velocity of that segment is linear along it.
-//! Pieces of several triangles that meet along a crossing share its velocity but for rounding.
+//! The new corners move consistently. A corner of a piece is a vertex, or an edge pierced by a plane, or a
+//! point of three planes, and is computed as such in dual numbers. It therefore stays on the line of both
+//! planes for all θ, the image of a side of a piece is the segment between the images of its ends, and the
+//! normal velocity of that segment is linear along it. Pieces of several triangles that meet along a crossing
+//! share its velocity up to rounding.
 //!
-//! Triangles of one plane (the halves of a rectangle) cut as one plane. Where θ bends that plane the crossing would need
-//! one more corner, and the scene is refused.
+//! Coplanar triangles (the halves of a rectangle) cut as one plane. Where θ bends that plane, the crossing
+//! would need one more corner, and the scene is refused.
 
 mod camera;
 mod crossing;
@@ -45,8 +45,8 @@ use plane::Planes;
 
 use crate::dual::Vector3;
 
-/// Depths below this, relative to the distance from the camera, are behind the camera: a mesh must
-/// be strictly in front of it.
+/// Minimum depth relative to the distance from the camera; anything nearer counts as behind the camera: a
+/// mesh must be strictly in front of it.
 const IN_FRONT: f64 = 1e-4;
 
 /// Opaque triangles of constant radiance over a background of constant radiance.
@@ -60,16 +60,16 @@ pub struct Mesh {
     pub triangles: Vec<[usize; 3]>,
     /// One radiance per triangle, linear RGB.
     pub radiance: Vec<DVec3>,
-    /// What is seen where no triangle is.
+    /// The radiance where no triangle is visible.
     pub background: DVec3,
 }
 
-/// What θ does to a mesh and a camera: the derivative of both at θ = 0.
+/// The motion of a mesh and a camera: the derivative of both at θ = 0.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Motion {
     /// One velocity per vertex.
     pub positions: Vec<DVec3>,
-    /// The camera's.
+    /// The camera's motion.
     pub camera: CameraMotion,
 }
 
@@ -84,7 +84,7 @@ impl Mesh {
 
 /// A mesh as the camera sees it: a scene of the plane whose unit of length is the pixel.
 ///
-/// Any method of the plane may be run on it, too.
+/// Any method of the plane may be run on it as well.
 #[derive(Clone, Debug)]
 pub struct ProjectedScene {
     scene: Scene,
@@ -97,9 +97,9 @@ impl ProjectedScene {
     /// of the pieces.
     ///
     /// # Errors
-    /// Where a vertex is not in front of the camera, a triangle is seen from its edge or overlaps another in their plane,
-    /// a corner touches another triangle's plane or a plane bends where something passes through it, pieces hide each
-    /// other in a ring, or something is not finite.
+    /// If a vertex is not in front of the camera, a triangle is seen edge-on or overlaps another in their
+    /// plane, a corner touches another triangle's plane, a plane bends where something passes through it,
+    /// pieces hide each other cyclically, or something is not finite.
     pub fn new(mesh: &Mesh, camera: &Camera, motion: &Motion, filter: Filter) -> Result<Self> {
         check(mesh, motion)?;
         camera.check(&motion.camera)?;
@@ -151,16 +151,16 @@ impl ProjectedScene {
     /// dI/dθ of every pixel.
     ///
     /// # Errors
-    /// Where there is none, in particular where an edge moves across the edge of a box pixel that it lies on.
+    /// If there is none, in particular where an edge moves across the edge of a box pixel that it lies on.
     pub fn derivative(&self) -> Result<Image> {
         Ok(Arrangement::new(&self.scene, &self.film)?.boundary(&self.film, &self.velocities)?)
     }
 }
 
-/// Where triangles of a mesh pass through one another.
+/// The segments in which triangles of a mesh pass through one another.
 ///
 /// # Errors
-/// As [`ProjectedScene::new`], where they do not depend on a camera.
+/// Those of [`ProjectedScene::new`] that do not depend on a camera.
 pub fn crossings(mesh: &Mesh, motion: &Motion) -> Result<Vec<Crossing>> {
     check(mesh, motion)?;
     World::new(mesh, motion).crossings()

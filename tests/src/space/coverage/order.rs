@@ -23,7 +23,7 @@ pub(super) struct Seen {
     /// Counterclockwise in the sense of [`orient`].
     pub(super) corners: Vec<DVec2>,
     pub(super) velocities: Vec<DVec2>,
-    /// 1/Z of the plane is this times the direction of the film's point.
+    /// Vector whose product with the direction of the film's point is 1/Z of the plane.
     nearness: DVec3,
     camera: Camera,
     twice_area: f64,
@@ -59,7 +59,7 @@ impl Seen {
         self.nearness.dot(self.camera.direction(u))
     }
 
-    /// The convex polygon in which both are seen (Sutherland and Hodgman 1974).
+    /// The convex polygon of the film that both cover (Sutherland and Hodgman 1974).
     fn overlap(&self, other: &Self) -> Vec<DVec2> {
         let n = other.corners.len();
         (0..n).fold(self.corners.clone(), |polygon, k| {
@@ -79,7 +79,7 @@ impl Seen {
         })
     }
 
-    /// Whether this hides the other, is hidden by it, or neither.
+    /// `Some(true)` if it hides the other, `Some(false)` if it is hidden by it, `None` if neither.
     fn hides(&self, other: &Self) -> Result<Option<bool>> {
         if self.triangle == other.triangle {
             return Ok(None);
@@ -112,8 +112,7 @@ fn twice_area(polygon: &[DVec2]) -> f64 {
     (2..polygon.len()).map(|k| orient(polygon[0], polygon[k - 1], polygon[k])).sum()
 }
 
-/// The pieces from the farthest to the nearest: none hides a later one. Where the order is free it is
-/// that of their numbers.
+/// The pieces from the farthest to the nearest: none hides a later one. Ties are broken by number.
 pub(super) fn painters(seen: &[Seen]) -> Result<Vec<usize>> {
     let mut nearer: Vec<Vec<usize>> = vec![vec![]; seen.len()];
     let mut farther = vec![0; seen.len()];

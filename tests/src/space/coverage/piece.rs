@@ -4,12 +4,12 @@ use anyhow::Result;
 
 use super::plane::{Corner, Planes};
 
-/// What a side of a piece is part of.
+/// The line that contains a side of a piece.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Side {
     /// An edge of the mesh, from the vertex of the smaller number.
     Edge([usize; 2]),
-    /// The line of the triangle's own plane and this one.
+    /// The line of intersection of the triangle's own plane and this one.
     Plane(usize),
 }
 
@@ -21,7 +21,7 @@ pub(super) struct Piece {
 }
 
 impl Piece {
-    /// All of a triangle.
+    /// The whole triangle.
     pub(super) fn new(triangle: usize, vertices: [usize; 3]) -> Self {
         let corner = |k: usize| {
             let (u, v) = (vertices[k], vertices[(k + 1) % 3]);
@@ -34,7 +34,7 @@ impl Piece {
         self.corners.iter().map(|(corner, _)| *corner)
     }
 
-    /// What is on either side of a plane: two pieces, or this one.
+    /// The parts on either side of a plane: two pieces, or this one.
     pub(super) fn cut(&self, planes: &Planes, plane: usize) -> Result<Vec<Self>> {
         let sides = self.corners().map(|c| planes.side(self.triangle, c, plane));
         let sides = sides.collect::<Result<Vec<_>, _>>()?;
@@ -49,7 +49,7 @@ impl Piece {
         let mut kept = vec![];
         for (k, &(corner, side)) in self.corners.iter().enumerate() {
             let (here, next) = (sign * sides[k], sign * sides[(k + 1) % sides.len()]);
-            // What leaves the part runs along the plane from there.
+            // At the exit from the part, the next side runs along the plane.
             let leaves = next < 0.0;
             if here > 0.0 {
                 kept.push((corner, side));

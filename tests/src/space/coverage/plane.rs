@@ -5,24 +5,24 @@ use num_dual::{Dual64, DualNum};
 
 use crate::dual::Vector3;
 
-/// Distances from a plane below this, relative to the size of what is compared, are rounding: some
-/// 10⁵ times what a few operations lose, and a share of 10⁻¹⁰ of random scenes.
+/// Rounding tolerance on distances from a plane, relative to the size of what is compared: some 10⁵ times the
+/// rounding of a few operations, and met by a share of 10⁻¹⁰ of random scenes.
 const ON: f64 = 1e-11;
-/// Rates of such distances below this, relative to the speeds, are rounding.
+/// Rounding tolerance on rates of such distances, relative to the speeds.
 const ALONG: f64 = 1e-9;
 
-/// A corner of a piece, by what makes it.
+/// A corner of a piece, by its construction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Corner {
     /// A vertex of the mesh.
     Vertex(usize),
     /// An edge, from the vertex of the smaller number, pierced by a plane.
     Edge([usize; 2], usize),
-    /// The point of three planes, sorted.
+    /// The intersection of three planes, sorted.
     Planes([usize; 3]),
 }
 
-/// A plane through a moving point across a moving normal of unit length.
+/// A plane through a moving point, normal to a moving unit vector.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Plane {
     pub(super) point: Vector3,
@@ -35,7 +35,7 @@ impl Plane {
         Self { point: a, normal: (b - a).cross(c - a).unit() }
     }
 
-    /// Signed, along the normal.
+    /// Signed distance along the normal.
     pub(super) fn distance(&self, p: Vector3) -> Dual64 {
         self.normal.dot(p - self.point)
     }
@@ -48,7 +48,7 @@ pub(super) struct Planes<'a> {
     planes: Vec<Plane>,
     /// The plane of each triangle.
     of: Vec<usize>,
-    /// Whether a plane's triangles part from it.
+    /// Whether a plane's triangles leave it as θ changes.
     bends: Vec<bool>,
 }
 
@@ -77,7 +77,7 @@ impl<'a> Planes<'a> {
         this
     }
 
-    /// Which plane a triangle lies in.
+    /// The number of a triangle's plane.
     pub(super) fn plane_of(&self, triangle: usize) -> usize {
         self.of[triangle]
     }
@@ -96,7 +96,7 @@ impl<'a> Planes<'a> {
         self.triangles[triangle]
     }
 
-    /// Where a corner is, and how fast it moves.
+    /// The position and velocity of a corner.
     pub(super) fn place(&self, corner: Corner) -> Vector3 {
         match corner {
             Corner::Vertex(v) => self.points[v],
@@ -106,7 +106,7 @@ impl<'a> Planes<'a> {
                 p.lerp(q, a / (a - b))
             }
             Corner::Planes(planes) => {
-                // Σ (n_i·p_i) n_j × n_k / (n_1·(n_2 × n_3)), from a point near by.
+                // Σ (n_i·p_i) n_j × n_k / (n_1·(n_2 × n_3)), relative to a nearby point.
                 let [a, b, c] = planes.map(|k| self.planes[k]);
                 let from = Vector3::still(a.point.value());
                 let offset = |plane: &Plane| plane.normal.dot(plane.point - from);
@@ -118,7 +118,7 @@ impl<'a> Planes<'a> {
         }
     }
 
-    /// On which side of a plane a corner of a triangle is: 0 if it is on it by what makes it.
+    /// The side of a plane on which a corner of a triangle lies: 0 if it is on the plane by construction.
     pub(super) fn side(&self, triangle: usize, corner: Corner, plane: usize) -> Result<f64> {
         let is_on = match corner {
             Corner::Vertex(v) => self.has(plane, v),
@@ -130,7 +130,7 @@ impl<'a> Planes<'a> {
         }
         let distance = self.planes[plane].distance(self.place(corner)).re;
         let size = reach(&self.planes[plane], self.triangles[triangle].map(|v| self.points[v]));
-        // Not "distance ≤ …": NaN is no side either.
+        // Not "distance ≤ …": NaN is on no side either.
         if distance.abs() > ON * size {
             return Ok(distance);
         }
@@ -138,7 +138,7 @@ impl<'a> Planes<'a> {
         bail!("a corner of triangle {triangle} touches the plane of triangle {plane}")
     }
 
-    /// Whether a vertex is one of a plane's.
+    /// Whether a vertex belongs to a plane's triangles.
     fn has(&self, plane: usize, vertex: usize) -> bool {
         let mut triangles = self.triangles.iter().zip(&self.of);
         triangles.any(|(t, &of)| of == plane && t.contains(&vertex))

@@ -19,7 +19,7 @@ fn derivative(case: &CoverageCase) -> Image {
     projected(case).derivative().unwrap_or_else(|e| panic!("{e}\n{}", case.label))
 }
 
-/// I(θ), of the mesh and the camera moved, cut where it crosses then.
+/// I(θ) of the displaced mesh and camera, cut at the crossings it then has.
 fn image_at(case: &CoverageCase, theta: f64) -> Option<Image> {
     let mesh = case.mesh.displaced(&case.motion, theta);
     let camera = case.camera.displaced(&case.motion.camera, theta);
@@ -50,8 +50,8 @@ fn assert_below(limit: f64, cases: &[CoverageCase], figure: impl Fn(&CoverageCas
 
 /// Richardson's extrapolations (4 D(h/2) − D(h))/3 of central differences D, and the rounding of each.
 ///
-/// They are off by O(h⁴) while nothing flips over within h and no vertex crosses a pixel's border, and by rounding over
-/// h: of the coordinates, which may be far larger than the depths, times pixels per depth.
+/// Their error is O(h⁴) while no order changes within h and no vertex crosses a pixel's border, plus rounding
+/// over h: that of the coordinates, which may be far larger than the depths, times pixels per depth.
 fn quotients(case: &CoverageCase) -> Vec<(Image, f64)> {
     let central = |h: f64| {
         let (after, before) = (image_at(case, h)?, image_at(case, -h)?);
@@ -66,8 +66,9 @@ fn quotients(case: &CoverageCase) -> Vec<(Image, f64)> {
     [1e-3, 1e-4, 1e-5, 1e-6].into_iter().filter_map(quotient).collect()
 }
 
-/// By how much difference quotients deny a derivative: above 1 they do. The best of the sweep is what counts. Of 432
-/// other cases that cross, the worst best step was off by 3e-9 of the derivative.
+/// Ratio of discrepancy to tolerance between a derivative and difference quotients, the least of the sweep;
+/// above 1 the derivative is rejected. In 432 other cases that cross, the largest such discrepancy was 3e-9
+/// of the derivative.
 fn denial(quotients: &[(Image, f64)], derivative: &Image) -> f64 {
     let excess = |(quotient, rounding): &(Image, f64)| {
         let error = largest(&quotient.zip(derivative, |a, b| a - b));
@@ -120,8 +121,8 @@ fn derivatives_and_values_are_those_of_the_slab_oracle() {
     assert_below(1e-9, &crossing(100..101, 3), error);
 }
 
-/// The radiance of the nearest triangle along a ray (Möller and Trumbore 1997); NaN where its front
-/// looks away.
+/// The radiance of the nearest triangle along a ray (Möller and Trumbore 1997); NaN where its front faces
+/// away.
 fn cast(case: &CoverageCase, direction: DVec3) -> DVec3 {
     let mut nearest = (f64::INFINITY, case.mesh.background);
     for (corners, radiance) in case.mesh.triangles.iter().zip(&case.mesh.radiance) {
@@ -165,8 +166,8 @@ fn most_cases_show_something_that_moves() {
     }
 }
 
-/// Across an edge, the projected velocity of a material point of the edge is what linear
-/// interpolation of its end points' velocities gives at its image; along it, it is not.
+/// Across an edge, the projected velocity of a material point of the edge equals the linear interpolation, at
+/// its image, of its end points' velocities; along the edge it does not.
 #[test]
 fn the_normal_velocity_of_a_projected_edge_is_linear_along_it() {
     let (mut across, mut along) = (0.0_f64, 0.0_f64);
@@ -192,7 +193,7 @@ fn the_normal_velocity_of_a_projected_edge_is_linear_along_it() {
     assert!(across < 1e-12 && along > 1e-2, "across {across:e}, along {along:e}");
 }
 
-/// Nothing is cut where nothing crosses, and what crosses is.
+/// Triangles are cut if and only if they cross.
 #[test]
 fn only_what_crosses_is_cut() {
     for case in [cases(&CoverageKind::GENERIC, 0..4), crossing(0..2, 1)].concat() {
@@ -202,7 +203,7 @@ fn only_what_crosses_is_cut() {
     }
 }
 
-/// What is wrong with a mesh and a camera, and what the error says.
+/// A defect of a mesh and a camera, and a part of the error's message.
 type Refused = (fn(&mut Mesh, &mut Camera), &'static str);
 
 #[test]

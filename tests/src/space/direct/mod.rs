@@ -1,12 +1,11 @@
 //! Pixels of a diffuse ground in direct light, and their derivatives, by quadrature over the film.
 //!
-//! Where one plane fills a pixel, I = ∫ h(u) ρ/π E(x(u; θ), θ) du, with x where the ray to u meets
-//! the plane. E is continuous in u where no surface touches the ground, so that
-//! dI/dθ = ∫ h ρ/π dE/dθ du at fixed u, with no boundary term.
-//! [`irradiance`](super::irradiance::irradiance) gives both integrands exactly. The value has kinks
-//! and the derivative bounded jumps, where the ground enters a penumbra or the plane of a surface,
-//! so the integral is not exact: it is refined where two rules differ most, and says by how much
-//! they do.
+//! Where one plane fills a pixel, I = ∫ h(u) ρ/π E(x(u; θ), θ) du, with x where the ray through u meets the
+//! plane. E is continuous in u where no surface touches the ground, so that dI/dθ = ∫ h ρ/π dE/dθ du at fixed
+//! u, with no boundary term. [`irradiance`](super::irradiance::irradiance) gives both integrands exactly. The
+//! value has kinks and the derivative bounded discontinuities, where the ground enters a penumbra or the
+//! plane of a surface, so the integral is not exact: it is refined where two rules differ most, and their
+//! difference is the stated error.
 
 mod sunk;
 
@@ -21,23 +20,23 @@ use super::coverage::{Camera, CameraMotion};
 use super::irradiance::{Ground, Receiver, World, unchecked};
 use crate::quadrature::rule;
 
-/// The fewest squares a pixel is cut into.
+/// Minimum number of squares that a pixel is cut into.
 const FIRST_SQUARES: usize = 16;
-/// The most.
+/// Maximum number of squares that a pixel is cut into.
 const SQUARES: usize = 2000;
 
-/// A diffuse ground, what lights it, and a camera of whose film it fills all that pixels see.
+/// A diffuse ground, its lighting, and a camera for which it fills all visible pixels.
 #[derive(Clone, Debug)]
 pub struct DirectScene {
-    /// Emitters and occluders above the ground. The camera sees none of them.
+    /// Emitters and occluders above the ground, all outside the camera's view.
     pub world: World,
-    /// Only its plane counts.
+    /// The ground, of which only the plane matters.
     pub ground: Ground,
-    /// The share of the light that the ground reflects.
+    /// The ground's reflectance.
     pub albedo: DVec3,
-    /// Who looks.
+    /// The camera.
     pub camera: Camera,
-    /// How that moves.
+    /// The camera's motion.
     pub camera_motion: CameraMotion,
     /// The pixel filter.
     pub filter: Filter,
@@ -50,11 +49,11 @@ pub struct Pixel {
     pub value: DVec3,
     /// dI/dθ.
     pub derivative: DVec3,
-    /// What two rules of the value differ by, summed over the pixel's squares: an estimate of its
-    /// error, on the safe side but where light reaches only so little of the pixel that no node of
-    /// either rule is lit.
+    /// Difference between two rules for the value, summed over the pixel's squares: an estimate of its error,
+    /// conservative except where light reaches so small a part of the pixel that no node of either rule is
+    /// lit.
     pub value_error: f64,
-    /// The same of the derivative.
+    /// The same difference for the derivative.
     pub derivative_error: f64,
 }
 
@@ -70,11 +69,11 @@ impl DirectScene {
         }
     }
 
-    /// All pixels, row by row, each to `tolerance` times the larger of ∫ h L du and |∫ h dL/dθ du|,
-    /// or as well as 2000 squares a pixel can.
+    /// All pixels, row by row, each to `tolerance` times the larger of ∫ h L du and |∫ h dL/dθ du|, or as
+    /// accurately as 2000 squares a pixel allow.
     ///
     /// # Errors
-    /// If there is no camera, no film, no world, or some point of the film shows no ground.
+    /// If there is no camera, no film, no world, or some point of the film does not show the ground.
     pub fn image(&self, tolerance: f64) -> Result<Vec<Pixel>> {
         self.camera.check(&self.camera_motion)?;
         let (width, height) = (self.camera.width, self.camera.height);
@@ -134,8 +133,8 @@ impl Sample {
 }
 
 impl Pixel {
-    /// Adds an integral over squares, cut into quarters where two rules differ most: until they differ by what is
-    /// allowed, or there are as many squares as there may be.
+    /// Adds an integral over squares, repeatedly quartering the one where two rules differ most, until the
+    /// difference meets the tolerance or the maximum number of squares is reached.
     fn add(
         &mut self,
         integrand: &impl Fn(DVec2) -> Result<Sample>,
@@ -153,7 +152,7 @@ impl Pixel {
                 squares.push(square);
             }
         }
-        // In an order that does not depend on ties in the heap.
+        // Summed in an order that does not depend on ties in the heap.
         for square in squares.into_sorted_vec() {
             self.value += square.fine.value;
             self.derivative += square.fine.derivative;
@@ -172,7 +171,7 @@ struct Square {
     fine: Sample,
     /// The largest component of `fine`.
     magnitude: f64,
-    /// How far the rule on the whole square is from that.
+    /// Difference between that and the rule on the whole square.
     errors: [f64; 2],
 }
 
@@ -192,7 +191,7 @@ impl Square {
         self.errors[0].max(self.errors[1])
     }
 
-    /// By error, then by place.
+    /// Sort key: by error, then by position.
     fn key(&self) -> [f64; 3] {
         [self.error(), self.min.x, self.min.y]
     }

@@ -1,17 +1,17 @@
-//! Pixels of a ground that black bodies hide in part and pass through.
+//! Pixels of a ground that black bodies partly hide and pass through.
 //!
-//! A pixel's cell less the images of what stands before the ground is a set of convex polygons,
-//! Σ_p ∫_p h(u) L(x(u)) du, whose corners move: where a body's edge hides the ground, where it pierces
-//! it, where images cross, where one leaves the cell. Each polygon is a fan of triangles, each triangle
-//! the image of a square, and what is differentiated is the integral over the square,
+//! A pixel's cell minus the images of the bodies before the ground is a set of convex polygons, Σ_p ∫_p h(u)
+//! L(x(u)) du, whose corners move: where a body's edge hides the ground, where it pierces it, where images
+//! cross, where one leaves the cell. Each polygon is a fan of triangles, each triangle the image of a square,
+//! and the integral over the square is differentiated:
 //!
 //! ```text
 //! ∫∫ h(u(s, t)) L(u(s, t)) |∂u/∂(s, t)| ds dt,   u = a + s ((1 − t) (b − a) + t (c − a)),
 //! ```
 //!
-//! with corners a, b, c in dual numbers. No boundary term is left to be added: it is that of the moving
-//! corners. Of a body the part behind the ground's plane is cut away, by a plane that moves as well,
-//! so that a crossing with the ground needs nothing of its own.
+//! with corners a, b, c in dual numbers. No boundary term remains: the moving corners contain it. The part of
+//! a body behind the ground's plane is cut away, by a plane that moves as well, so that a crossing with the
+//! ground needs no special treatment.
 
 use std::collections::BinaryHeap;
 
@@ -25,18 +25,18 @@ use super::{DirectScene, Pixel, SQUARES, Sample, Square, quarters};
 use crate::dual::{Vector, Vector2, Vector3};
 use crate::space::irradiance::{Corners, Receiver, area_vector, keep, unchecked, without_cone};
 
-/// Polygons of less than this, in pixels, are rounding: what faces that share an edge leave between them.
+/// Area in pixels below which polygons are rounding: gaps between faces that share an edge.
 const NO_AREA: f64 = 1e-12;
 
-/// What every triangle may be cut into, however many a pixel has.
+/// Minimum number of squares allowed for every triangle, however many a pixel has.
 const LEAST_SQUARES: usize = 200;
 
 impl DirectScene {
-    /// All pixels to about `tolerance`, as [`image`](Self::image), but surfaces without radiance may stand before the ground and in
-    /// it; they are seen black. Emitters still are out of sight.
+    /// All pixels to about `tolerance`, as [`image`](Self::image), but surfaces without radiance may stand
+    /// before the ground and in it; they are seen black. Emitters must still be out of sight.
     ///
-    /// Where bodies touch the ground dE/dθ grows like the inverse distance from the ends of the
-    /// crossing. That is integrable, but what two rules differ by is then up to a third of the error.
+    /// Where bodies touch the ground dE/dθ grows like the inverse distance from the ends of the crossing.
+    /// That is integrable, but the difference between two rules may then be only a third of the error.
     pub fn image_past_bodies(&self, tolerance: f64) -> Result<Vec<Pixel>> {
         self.camera.check(&self.camera_motion)?;
         let (width, height) = (self.camera.width, self.camera.height);
@@ -47,8 +47,8 @@ impl DirectScene {
         (0..width * height).into_par_iter().map(pixel).collect()
     }
 
-    /// What is before the ground of every black surface: corners in the camera's axes,
-    /// counterclockwise around their cone.
+    /// The part before the ground of every black surface: corners in the camera's axes, counterclockwise
+    /// around their cone.
     fn bodies(&self) -> Vec<Corners> {
         let (axes, _) = self.camera.moving(&self.camera_motion);
         let origin = Vector3::new(self.camera.origin, self.camera_motion.origin);
@@ -71,7 +71,7 @@ impl DirectScene {
         before.collect()
     }
 
-    /// The convex polygons of a cell in which the ground is seen.
+    /// The convex polygons of a cell in which the ground is visible.
     fn visible(&self, bodies: &[Corners], min: DVec2, max: DVec2) -> Vec<Vec<Vector2>> {
         let (_, scale) = self.camera.moving(&self.camera_motion);
         let middle = 0.5 * DVec2::new(self.camera.width as f64, self.camera.height as f64);
@@ -113,7 +113,7 @@ impl DirectScene {
                 quarters(DVec2::ZERO, DVec2::ONE).map(|[min, max]| Square::new(&integrand, min, max));
             parts.push(squares.into_iter().collect::<Result<BinaryHeap<_>, _>>()?);
         }
-        // Every triangle may be off by its share.
+        // Each triangle has its share of the tolerance.
         let magnitude: f64 = parts.iter().flatten().map(|s| s.magnitude).sum();
         let allowed = tolerance * magnitude / triangles.len().max(1) as f64;
         let most = (SQUARES / triangles.len().max(1)).max(LEAST_SQUARES);

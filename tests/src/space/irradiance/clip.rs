@@ -1,4 +1,4 @@
-//! Convex polygons cut by planes, with corners that move.
+//! Clipping of convex polygons with moving corners by planes.
 
 use num_dual::Dual64;
 
@@ -7,9 +7,9 @@ use crate::dual::Vector3;
 /// The corners of a convex polygon in order.
 pub(in crate::space) type Corners = Vec<Vector3>;
 
-/// The part of a convex polygon where a function that is affine on its plane is not negative
-/// (Sutherland and Hodgman 1974); empty where that is no polygon. What is cut is decided by real
-/// parts; corners made by the cut move with it.
+/// The part of a convex polygon where a function that is affine on its plane is not negative (Sutherland and
+/// Hodgman 1974); empty where that is no polygon. Real parts decide the cut; corners made by the cut move
+/// with it.
 pub(in crate::space) fn keep(polygon: &[Vector3], side: impl Fn(Vector3) -> Dual64) -> Corners {
     let mut kept = Vec::with_capacity(polygon.len() + 1);
     for (i, &a) in polygon.iter().enumerate() {
@@ -28,9 +28,9 @@ pub(in crate::space) fn keep(polygon: &[Vector3], side: impl Fn(Vector3) -> Dual
 /// Sines of angles to a plane below this are rounding.
 const ON: f64 = 1e-14;
 
-/// Convex polygons that together are a convex polygon less the cone over another, both counterclockwise
-/// around their cones: (d_k × d_{k+1})·d > 0 inside. With planes h_1 … h_m of the cone, the parts
-/// are {h_1 < 0}, {h_1 ≥ 0, h_2 < 0}, and so on.
+/// Convex polygons whose union is a convex polygon minus the cone over another, both counterclockwise around
+/// their cones: (d_k × d_{k+1})·d > 0 inside. With planes h_1 … h_m of the cone, the parts are {h_1 < 0},
+/// {h_1 ≥ 0, h_2 < 0}, and so on.
 pub(in crate::space) fn without_cone(polygon: Corners, cone: &[Vector3]) -> Vec<Corners> {
     let mut parts = vec![];
     let mut rest = polygon.clone();
@@ -38,15 +38,16 @@ pub(in crate::space) fn without_cone(polygon: Corners, cone: &[Vector3]) -> Vec<
         let plane = a.cross(cone[(k + 1) % cone.len()]);
         let side = |d: Vector3| {
             let side = plane.dot(d);
-            // A corner on the plane but for rounding, as of a face that shares this edge, is on it: where
-            // an edge all but in the plane is cut would be anywhere, and move as fast.
+            // A corner on the plane up to rounding, as of a face that shares this edge, counts as on it: the
+            // cut of an edge almost in the plane would have an arbitrary position and an equally large
+            // velocity.
             let is_on = side.re.abs() <= ON * plane.value().length() * d.value().length();
             if is_on { Dual64::from(0.0) } else { side }
         };
         parts.push(keep(&rest, |d| -side(d)));
         rest = keep(&rest, side);
         if rest.is_empty() {
-            // They do not overlap: nothing need be cut.
+            // No overlap: no cut needed.
             return vec![polygon];
         }
     }

@@ -20,7 +20,7 @@ pub(super) fn cosine_integral(polygon: &[Vector3], normal: Vector3) -> (Dual64, 
     let mut absolute = 0.0;
     for (k, &a) in polygon.iter().enumerate() {
         let b = polygon[(k + 1) % polygon.len()];
-        // Of a × b what is left when b is near a.
+        // a × b from the difference b − a, which stays accurate when b is near a.
         let cross = a.cross(b - a);
         let term = angle_over_sine(cross.dot(cross), a.dot(b)) * cross.dot(normal) * 0.5;
         sum += term;

@@ -13,8 +13,8 @@ fn cases(kinds: &[LitCrossingKind], seeds: std::ops::Range<u64>) -> Vec<DirectCa
     knobs.collect::<Vec<_>>().par_iter().map(LitCrossing::build).collect()
 }
 
-/// Where a lamp is cut and where blockers cross: the derivative at points of the film against
-/// Richardson's extrapolation of central differences of the exact value.
+/// For cut lamps and crossing blockers: the derivative at points of the film against Richardson's
+/// extrapolation of central differences of the exact value.
 #[test]
 fn points_have_the_derivatives_of_their_values() {
     let all = cases(&LitCrossingKind::UNSEEN, 0..pick(5, 10));
@@ -24,7 +24,7 @@ fn points_have_the_derivatives_of_their_values() {
     });
 }
 
-/// Where the camera sees the ground alone, there is nothing to leave out.
+/// Where the camera sees the ground alone, both functions agree.
 #[test]
 fn without_bodies_in_sight_the_pixels_are_the_same() {
     for DirectCase { scene, label } in cases(&[LitCrossingKind::Plate], 30..31) {
@@ -39,11 +39,11 @@ fn without_bodies_in_sight_the_pixels_are_the_same() {
     }
 }
 
-/// What stands in the ground: pixels against central differences of pixels, the best of a sweep, and
-/// the same of 1.03 times the derivative.
+/// Bodies in the ground: pixels against central differences of pixels, the best of a sweep, and the same for
+/// 1.03 times the derivative.
 ///
-/// The error is of order h, because second derivatives jump, and that of quadrature over h, both relative
-/// to the whole image.
+/// The error is of order h, because second derivatives jump, plus that of quadrature over h, both relative to
+/// the whole image.
 #[test]
 fn pixels_past_bodies_have_the_derivatives_of_their_values() {
     let all: Vec<_> = cases(&LitCrossingKind::SEEN, 0..1).into_iter().step_by(pick(8, 2)).collect();
@@ -75,7 +75,7 @@ fn pixels_past_bodies_have_the_derivatives_of_their_values() {
     }
 }
 
-/// What is seen of the ground is what rays to it meet first: areas by points of a grid.
+/// The visible ground is the set that rays to it meet first: areas by points of a grid.
 #[test]
 fn visible_polygons_are_what_rays_see() {
     for DirectCase { scene, label } in cases(&LitCrossingKind::SEEN, 0..4) {
