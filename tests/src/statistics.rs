@@ -1,15 +1,13 @@
 //! z-tests of unbiasedness over many comparisons, and rates of convergence.
 //!
-//! A mean of n samples is compared with an exact value by z = (mean − exact)/standard error. With
-//! m comparisons and a false-alarm rate α for all of them, |z| may reach the two-sided normal
-//! quantile of α/m (Bonferroni). Normality and a standard error that has settled are the test's
-//! own assumptions: n must be large.
+//! A mean of n samples is compared with an exact value by z = (mean − exact)/standard error. With m
+//! comparisons and a false-alarm rate α for all of them, |z| may reach the two-sided normal quantile of α/m
+//! (Bonferroni). The test assumes normality and a standard error that has converged: n must be large.
 
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
-/// |z| above this rejects: the threshold of every statistical test of the suite, which makes no more
-/// than 12,000 comparisons, thorough ones included, for a false-alarm rate of 10⁻⁶ of all of them
-/// together.
+/// Rejection threshold on |z| of every statistical test of the suite, which makes no more than 12,000
+/// comparisons, thorough ones included, for a false-alarm rate of 10⁻⁶ of all of them together.
 pub fn suite_threshold() -> f64 {
     threshold(1e-6, 12_000)
 }
@@ -24,12 +22,12 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// Of no numbers.
+    /// The moments of an empty stream.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Takes one more number.
+    /// Adds one number.
     pub fn push(&mut self, x: f64) {
         self.count += 1;
         let before = x - self.mean;
@@ -37,7 +35,7 @@ impl Moments {
         self.squares += before * (x - self.mean);
     }
 
-    /// Those of both streams together (Chan, Golub and LeVeque 1979).
+    /// The moments of both streams together (Chan, Golub and LeVeque 1979).
     pub fn merge(self, other: Self) -> Self {
         if self.count == 0 || other.count == 0 {
             return if self.count == 0 { other } else { self };
@@ -52,17 +50,17 @@ impl Moments {
         }
     }
 
-    /// How many numbers.
+    /// The count of numbers.
     pub fn count(&self) -> u64 {
         self.count
     }
 
-    /// Their mean; 0 of none.
+    /// Their mean; 0 if empty.
     pub fn mean(&self) -> f64 {
         self.mean
     }
 
-    /// The unbiased estimate of their variance; infinite of fewer than two.
+    /// The unbiased estimate of their variance; infinite for fewer than two.
     pub fn variance(&self) -> f64 {
         if self.count < 2 { f64::INFINITY } else { self.squares / (self.count - 1) as f64 }
     }
@@ -96,8 +94,9 @@ pub fn threshold(false_alarm: f64, comparisons: usize) -> f64 {
     -Normal::standard().inverse_cdf(0.5 * false_alarm / comparisons as f64)
 }
 
-/// |z| above this rejects a mean whose error is that of repetitions: what Student's distribution, of so many degrees of
-/// freedom, exceeds as rarely as the normal one the threshold of the suite.
+/// Rejection threshold on |z| for a mean whose standard error comes from repetitions: Student's distribution
+/// with `freedom` degrees of freedom exceeds it as rarely as the normal one exceeds the threshold of the
+/// suite.
 pub fn student(freedom: u64) -> f64 {
     let normal = Normal::standard();
     let student = StudentsT::new(0.0, 1.0, freedom as f64).expect("degrees of freedom");
@@ -111,7 +110,7 @@ pub fn student(freedom: u64) -> f64 {
     high
 }
 
-/// The slope of the least-squares line through (x, y): of logarithms, the rate of a power law.
+/// The slope of the least-squares line through (x, y): for logarithms, the rate of a power law.
 pub fn regression_slope(x: &[f64], y: &[f64]) -> f64 {
     assert_eq!(x.len(), y.len(), "one y per x");
     assert!(x.len() >= 2, "a line needs two points");

@@ -1,12 +1,13 @@
-//! The worst of many cases.
+//! Worst-case assertions over many cases.
 
 use rayon::prelude::*;
 
-/// Numbers that references must answer with finite ones, or refuse.
+/// Hostile numbers, for which references must return finite results or refuse.
 pub(crate) const HOSTILE: [f64; 12] =
     [f64::NAN, f64::INFINITY, -1e300, 1e300, 1e-300, 5e-324, 0.0, -0.0, 1.0, -1.0, 1e-9, 3.0];
 
-/// Asserts that a figure is below a limit in all cases, each of which says its own and its label; NaN is none.
+/// Asserts that a figure is below a limit in all cases, each of which gives its figure and its label; NaN is
+/// not below.
 pub(crate) fn assert_below<T: Send>(
     limit: f64,
     cases: impl IntoIterator<Item = T>,

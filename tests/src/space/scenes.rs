@@ -1,4 +1,4 @@
-//! The worlds of this room as scenes of the renderer, with the same motion.
+//! Conversion of this module's worlds to scenes of the renderer, with the same motion.
 
 use flatland::plane;
 use glam::{DAffine3, DQuat, DVec3};
@@ -13,11 +13,11 @@ use super::direct::DirectScene;
 use super::irradiance::{Sides, Surface};
 use super::worlds::CoverageCase;
 
-/// How far apart the two fronts of a surface that emits to both sides are, relative to its size: far
-/// above rounding, far below all that is tested. The renderer's emitters have one side.
+/// Distance between the two fronts of a two-sided emitter, relative to its size: far above rounding, far
+/// below every tested effect. The renderer's emitters have one side.
 const THICKNESS: f64 = 1e-7;
 
-/// A scene and what moves in it.
+/// A scene and its tangent.
 #[derive(Debug)]
 pub struct Moving {
     /// The scene.
@@ -29,7 +29,7 @@ pub struct Moving {
 /// A scene under construction whose vertices have velocities.
 #[derive(Clone, Debug)]
 pub struct Stage {
-    /// What there is so far.
+    /// The description so far.
     pub description: Description,
     velocities: Vec<Vec<DVec3>>,
     camera: CameraTangent,
@@ -77,7 +77,7 @@ impl Stage {
         radiance: Option<DVec3>,
     ) {
         let mesh = Mesh::new(vertices.iter().map(|v| v.0).collect(), triangles).expect("a mesh");
-        // Vertices in one place have become one; they have one velocity in all worlds.
+        // Coincident vertices have been merged; they have one velocity in all worlds.
         let mut velocities = vec![DVec3::ZERO; mesh.positions().len()];
         for (&to, (_, velocity)) in mesh.sources().iter().zip(vertices) {
             velocities[to as usize] = *velocity;
@@ -90,12 +90,12 @@ impl Stage {
         self.velocities.push(velocities);
     }
 
-    /// The environment's radiance.
+    /// Sets the environment's radiance.
     pub fn surround(&mut self, radiance: DVec3) {
         self.description.environment = Some(Environment::Constant { id: "sky".to_owned(), radiance });
     }
 
-    /// Done.
+    /// The finished scene.
     pub fn finish(self) -> Moving {
         let scene = Scene::new(self.description).expect("a scene");
         let mut change = Tangent::still(&scene);
@@ -107,7 +107,7 @@ impl Stage {
     }
 }
 
-/// A film of so many pixels a side.
+/// A square film with `size` pixels a side.
 pub fn film(size: usize, filter: Filter) -> Film {
     Film { width: size, height: size, crop: None, sample_border: true, filter }
 }
@@ -119,7 +119,7 @@ pub fn plate(centre: DVec3, normal: DVec3, half: f64) -> Mesh {
     Mesh::rectangle().transformed(&place)
 }
 
-/// A mesh of constant radiance, one shape for every radiance there is.
+/// A mesh of constant radiance, with one shape for every distinct radiance.
 pub fn coverage(case: &CoverageCase, crop: Option<Crop>) -> Moving {
     let CoverageCase { mesh, camera, motion, filter, .. } = case;
     let mut stage = Stage::new(camera, &motion.camera, *filter);
@@ -171,7 +171,7 @@ fn add_surface(stage: &mut Stage, surface: &Surface) {
     stage.add(&lifted(-height), behind, None, radiance);
 }
 
-/// Triangles that each have three vertices of their own.
+/// Triangles without shared vertices.
 fn soup(count: usize) -> Vec<[u32; 3]> {
     (0..count as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect()
 }

@@ -1,5 +1,5 @@
-//! One number per flat world, estimated and exact, over many worlds: what the statistical tests of
-//! transport compare, by the [`Verdict`](crate::campaign::Verdict) of the plane's campaigns.
+//! Statistical comparison of estimated with exact values over many flat worlds, one number per world, by the
+//! [`Verdict`](crate::campaign::Verdict) of the plane's campaigns.
 
 use flatland::estimator::transport::{EdgeSampling, FiniteDifference, GradientImage, Method, WarpedArea};
 use flatland::transport::Paths;
@@ -10,9 +10,9 @@ use super::worlds::{Case, Kind, Knobs, Moving};
 use crate::campaign::{Reference, Target, focused};
 use crate::comparison::Estimate;
 
-/// A method that draws paths, all of them from its seed.
+/// A path-sampling method, all of whose paths follow from its seed.
 pub trait Sampler: Method + Sync {
-    /// The same with other paths and another seed.
+    /// A copy of the method with other paths and another seed.
     fn on(&self, paths: Paths, seed: u64) -> Self;
 }
 
@@ -28,26 +28,26 @@ macro_rules! sampler {
 
 sampler!(WarpedArea, EdgeSampling, FiniteDifference);
 
-/// A world with its exact derivative, seen through fixed random weights.
+/// A world with its exact derivative, reduced to one number by fixed random weights.
 #[derive(Clone, Debug)]
 pub struct Known {
     /// The world, its camera and its change.
     pub case: Case,
-    /// How often light is scattered at most.
+    /// The maximum number of scattering events.
     pub bounces: usize,
     /// One weight per pixel.
     pub weights: Vec<f64>,
-    /// Σ |weight| (|dI/dθ| of every term + I): what errors are measured by where [`exact`](Self::exact) is nearly 0.
+    /// Σ |weight| (|dI/dθ| of every term + I): the scale of errors where [`exact`](Self::exact) is nearly 0.
     pub scale: f64,
     /// Σ weight · dI/dθ.
     pub exact: f64,
-    /// The estimated error of [`exact`](Self::exact): rounding for up to one scattering event, and
-    /// for more that of the oracle's quadrature. Standard errors must be well above it.
+    /// The estimated error of [`exact`](Self::exact): rounding for up to one scattering event, and for more
+    /// that of the oracle's quadrature. Standard errors must be well above it.
     pub error: f64,
 }
 
 impl Known {
-    /// By the oracle; see [`oracle::image`] for its cost.
+    /// The case with its derivative by the oracle; see [`oracle::image`] for its cost.
     pub fn new(case: Case, bounces: usize) -> Self {
         let pixels = oracle::image(&case.world, &case.camera, &case.change, bounces);
         let derivative: Vec<f64> = pixels.iter().map(|p| p.derivative).collect();
@@ -70,12 +70,12 @@ impl Known {
         Estimate { mean: weighted(mean).iter().sum(), standard_error: variance.sqrt() }
     }
 
-    /// How light is scattered here.
+    /// The scattering of light in this case.
     pub fn paths(&self) -> Paths {
         Paths { bounces: self.bounces, ..Paths::default() }
     }
 
-    /// What a method finds on this world's paths with a seed.
+    /// The gradient image of a method on this world's paths with a seed.
     pub fn run(&self, seed: u64, method: &impl Sampler) -> GradientImage {
         let Case { world, camera, change, label } = &self.case;
         let found = method.on(self.paths(), seed).forward(world, camera, change);
@@ -84,7 +84,8 @@ impl Known {
         found
     }
 
-    /// Its estimate, beside whose error the reference's own must not count.
+    /// The weighted estimate of a method; the reference's own error must be negligible beside its standard
+    /// error.
     pub fn total(&self, seed: u64, method: &impl Sampler) -> Estimate {
         let found = self.run(seed, method);
         let estimate = self.estimate(&found.total(), &found.standard_error.total);
@@ -93,7 +94,7 @@ impl Known {
         estimate
     }
 
-    /// The covector ∂L/∂I of the loss L = Σ weight · I, one per pixel: what reverse mode starts from.
+    /// The covector ∂L/∂I of the loss L = Σ weight · I, one per pixel: the input of reverse mode.
     pub fn adjoint(&self) -> &[f64] {
         &self.weights
     }
@@ -105,15 +106,15 @@ impl Reference for Known {
     }
 }
 
-/// `per_kind` worlds of each of some kinds, in each of which one of `movings` changes something,
-/// with light scattered at most `bounces` times.
+/// `per_kind` worlds of each of some kinds, each with a change by one of `movings`, for light scattered at
+/// most `bounces` times.
 pub fn known(kinds: &[Kind], movings: &[Moving], per_kind: u64, bounces: usize) -> Vec<Known> {
     assert!(!movings.is_empty(), "nothing moves");
     let drawn = |&kind: &Kind| {
         (0..per_kind).map(move |i| {
             let moving = movings[i as usize % movings.len()];
             let knobs = Knobs { moving, ..Knobs::random(50_000 + i, kind) };
-            // Light that is scattered twice costs a second for a small world.
+            // Light scattered twice costs a second for a small world.
             if bounces < 2 { knobs } else { Knobs { shapes: knobs.shapes.min(1), pixels: 4, ..knobs } }
         })
     };
@@ -126,7 +127,7 @@ mod tests {
     use super::*;
     use crate::campaign::{Limits, Verdict};
 
-    /// A method that is exact but for noise passes, and one that is biased does not.
+    /// A method with noise but no bias passes, and a biased one does not.
     #[test]
     fn a_campaign_tells_right_from_wrong() {
         let known = known(&Kind::GENERIC, &Moving::GEOMETRIC, 14, 1);

@@ -6,12 +6,12 @@ use glam::DVec2;
 
 use super::worlds::{Case, Kind, Knobs};
 
-/// A world with what every one of its pixels must be.
+/// A world with the known value of every pixel.
 #[derive(Clone, Debug)]
 pub struct Constant {
     /// The world.
     pub case: Case,
-    /// Every pixel, if that is known.
+    /// The value of every pixel, if known.
     pub value: Option<f64>,
     /// The derivative of every pixel.
     pub derivative: f64,
@@ -21,7 +21,7 @@ fn p(x: f64, y: f64) -> DVec2 {
     DVec2::new(x, y)
 }
 
-/// All of them, with some filters, and light scattered at most `bounces` times.
+/// All constants for some filters, with light scattered at most `bounces` times.
 pub fn constants(filters: &[Filter], bounces: usize) -> Vec<Constant> {
     let mut all = vec![];
     for &filter in filters {
@@ -57,9 +57,9 @@ fn geometric(x: f64, n: usize) -> [f64; 2] {
     })
 }
 
-/// Inside a closed diffuse room of reflectance ρ that emits L everywhere, with things of the same
-/// material in it, the radiance is L Σ ρᵏ wherever one looks; whatever moves, it stays so, and by ρ
-/// and L it changes as that formula.
+/// Inside a closed diffuse room of reflectance ρ that emits L everywhere, with objects of the same material
+/// in it, the radiance is L Σ ρᵏ in every direction; motion does not change it, and its derivative with
+/// respect to ρ and L is that of the formula.
 fn furnaces(filter: Filter, bounces: usize) -> Vec<Constant> {
     let (emission, reflectance) = (1.7, 0.6);
     let material = Material::diffuse(reflectance).with_emission(emission);
@@ -87,9 +87,8 @@ fn furnaces(filter: Filter, bounces: usize) -> Vec<Constant> {
     .into()
 }
 
-/// A convex polygon that fills the view, alone under a sky of radiance E: each of its points sees
-/// half a circle of sky and no other, and reflects ρE, from wherever it is seen and however it
-/// moves.
+/// A convex polygon that fills the view, alone under a sky of radiance E: each of its points sees exactly
+/// half a circle of sky and reflects ρE, from wherever it is seen and however it moves.
 fn alone_under_a_sky(filter: Filter, bounces: usize) -> Vec<Constant> {
     let (sky, reflectance) = (1.3, 0.8);
     let corners = [p(-40.0, -3.0), p(0.5, -0.9), p(60.0, -4.0), p(0.0, -30.0)];
@@ -111,8 +110,8 @@ fn alone_under_a_sky(filter: Filter, bounces: usize) -> Vec<Constant> {
     .into()
 }
 
-/// A line that slides along itself below a light, its ends out of view: no surface point stays and
-/// nothing that is seen changes.
+/// A line that slides along itself below a light, its ends out of view: no surface point is at rest and
+/// nothing visible changes.
 fn sliding_under_itself(filter: Filter) -> Constant {
     let gloss = Some(Gloss { strength: 0.4, width: 0.2 });
     let material = Material { reflectance: 0.5, gloss, emission: 0.1 };
@@ -124,7 +123,7 @@ fn sliding_under_itself(filter: Filter) -> Constant {
     constant(&world, camera, change, format!("sliding under itself, {filter:?}"), None, 0.0)
 }
 
-/// A many-sided disc that turns about its centre, in front of what looks as it does.
+/// A many-sided disc that turns about its centre, in front of an indistinguishable background.
 fn turning_in_the_furnace(filter: Filter) -> Constant {
     let corner = |i: u32| 0.5 * DVec2::from_angle(std::f64::consts::TAU * f64::from(i) / 24.0);
     let disc = Shape::closed((0..24).map(corner), Material::emitter(1.3));

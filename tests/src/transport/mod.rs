@@ -1,4 +1,4 @@
-//! The test support of flat transport.
+//! Test support of flat transport.
 //!
 //! - [`campaign`]: estimates and exact values over many worlds.
 //! - [`constants`]: worlds whose pixels or derivatives are known without computing them.

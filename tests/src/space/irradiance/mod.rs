@@ -1,14 +1,13 @@
 //! Direct light: irradiance from flat polygons past flat polygons, and its derivative, exactly.
 //!
-//! Of each emitter, the part that a point x sees is cut out of it by planes through x: above the
-//! horizon, and outside the cones over all that is in front of it. An occluder's part in front of
-//! an emitter is that on x's side of the emitter's plane; it hides just what is in its cone, even
-//! where the two intersect. The remainder is convex pieces, and over each of them Lambert's formula
-//! integrates the cosine in closed form. The construction runs in dual numbers, whose real parts
-//! decide what is cut: corners move with the polygons they are made of, and no boundary term is
-//! left to be added.
+//! The part of each emitter visible from a point x is cut out by planes through x: above the horizon, and
+//! outside the cones over everything in front of it. An occluder's part in front of an emitter is that on x's
+//! side of the emitter's plane; it hides exactly its cone, even where the two intersect. The remainder is
+//! convex pieces, and over each of them Lambert's formula integrates the cosine in closed form. The
+//! construction runs in dual numbers, whose real parts decide the cuts: corners move with the polygons they
+//! are made of, and no boundary term is left to be added.
 //!
-//! What a surface hides of a uniform environment is what is seen of the surface itself, so that
+//! A surface hides as much of a uniform environment as is visible of the surface itself, so that
 //!
 //! ```text
 //! E = Σ_i F_i L_i + (π − Σ_i F_i) L_environment,   F_i = ∫ max(0, n·ω) dω over the visible part of i
@@ -33,23 +32,23 @@ pub(in crate::space) use clip::{Corners, keep, without_cone};
 use lambert::cosine_integral;
 pub(in crate::space) use surface::area_vector;
 
-/// A surface whose plane is no farther from the receiver than this, relative to their coordinates,
-/// is seen from its edge, but for rounding.
+/// Distance from the receiver to a surface's plane, relative to their coordinates, up to which the surface
+/// counts as seen edge-on: rounding.
 const EDGE_ON: f64 = 1e-13;
 
-/// Opaque surfaces in a uniform environment. They may intersect, but no two may overlap in one plane:
-/// neither would be in front.
+/// Opaque surfaces in a uniform environment. They may intersect, but no two may overlap in one plane: neither
+/// would be in front.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct World {
-    /// Emitters and occluders, in any order. Emitters occlude, too. The receiver's own surface is
-    /// not among them: its horizon stands for it.
+    /// Emitters and occluders, in any order. Emitters occlude, too. The receiver's own surface is not among
+    /// them: its horizon replaces it.
     pub surfaces: Vec<Surface>,
-    /// The radiance from where no surface is, linear RGB.
+    /// The environment's radiance, linear RGB.
     pub environment: DVec3,
 }
 
 impl World {
-    /// Refuses numbers that are not finite and surfaces that are not flat and convex.
+    /// Rejects numbers that are not finite and surfaces that are not flat and convex.
     pub fn check(&self) -> Result<()> {
         ensure!(self.environment.is_finite(), "the environment is not finite");
         let mut surfaces = self.surfaces.iter().enumerate();
@@ -63,21 +62,21 @@ impl World {
     }
 }
 
-/// A factor, its derivative and its scale.
+/// A form factor times π, its derivative and its scale.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Factor {
-    /// F = ∫ max(0, n·ω) dω over what is seen of a surface: π times the form factor.
+    /// F = ∫ max(0, n·ω) dω over the visible part of a surface: π times the form factor.
     pub value: f64,
     /// dF/dθ.
     pub derivative: f64,
     /// The sum of the absolute values of the terms that `derivative` sums: the scale that rounding
     /// is measured against.
     pub absolute: f64,
-    /// Whether the side that is seen emits.
+    /// Whether the visible side emits.
     pub is_lit: bool,
 }
 
-/// The light that arrives, or leaves.
+/// Irradiance, or radiosity.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Irradiance {
     /// E = ∫ L max(0, n·ω) dω.
@@ -103,8 +102,8 @@ impl Irradiance {
 
 /// E and dE/dθ at a receiver.
 ///
-/// The derivative exists where no two edges are seen in one line and no surface from its edge; of
-/// these two only the second is noticed. Of an emitter that is 10⁻ᵏ of its distance in size, the last
+/// The derivative exists where no two edges are aligned as seen from the receiver and no surface is seen
+/// edge-on; only the second condition is checked. For an emitter whose size is 10⁻ᵏ of its distance, the last
 /// k of 16 digits are lost.
 ///
 /// # Errors
@@ -130,7 +129,7 @@ pub(super) fn unchecked(world: &World, receiver: &Receiver) -> Result<Irradiance
     Ok(sum)
 }
 
-/// What a receiver sees of every surface.
+/// The factor of every surface.
 pub fn factors(world: &World, receiver: &Receiver) -> Result<Vec<Factor>> {
     world.check()?;
     unchecked_factors(world, receiver)
@@ -153,7 +152,7 @@ fn unchecked_factors(world: &World, receiver: &Receiver) -> Result<Vec<Factor>> 
     (0..views.len()).map(checked).collect()
 }
 
-/// A surface as the receiver sees it: corners from x, counterclockwise around their cone.
+/// A surface as seen by the receiver: corners from x, counterclockwise around their cone.
 struct View {
     corners: Corners,
     /// The corners' part above the horizon, empty if there is none.
@@ -176,9 +175,9 @@ impl View {
         let coordinates = surface.vertices.iter().chain([&receiver.point]);
         let magnitude = coordinates.map(|p| p.length()).fold(0.0, f64::max);
         let is_edge_on = height.abs() <= EDGE_ON * outward.value().length() * magnitude;
-        // What is seen of it has a kink.
+        // Its visible factor has a kink there.
         ensure!(risen.is_empty() || !is_edge_on, "the receiver is in the plane of surface {index}");
-        // The front is seen where its normal points to x.
+        // The front is visible where its normal points to x.
         let is_lit = surface.sides == Sides::Both || height < 0.0;
         Ok(Self { corners, risen, outward, is_lit })
     }

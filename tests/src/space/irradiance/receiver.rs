@@ -1,11 +1,11 @@
-//! Where light arrives.
+//! Receivers: points at which irradiance is computed.
 
 use anyhow::{Result, ensure};
 use glam::DVec3;
 
 use crate::dual::Vector3;
 
-/// A point of a surface and the side of it that is lit, as functions of θ to first order.
+/// A surface point and its lit side, as functions of θ to first order.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Receiver {
     /// x.
@@ -14,7 +14,7 @@ pub struct Receiver {
     pub normal: DVec3,
     /// dx/dθ.
     pub velocity: DVec3,
-    /// dn/dθ, of which only the part across n counts.
+    /// dn/dθ, of which only the part perpendicular to n matters.
     pub normal_rate: DVec3,
 }
 
@@ -23,7 +23,7 @@ pub struct Receiver {
 pub struct Ray {
     /// Where it starts.
     pub origin: DVec3,
-    /// Where to, of any length.
+    /// The direction, not normalised.
     pub direction: DVec3,
     /// The velocity of the origin.
     pub origin_velocity: DVec3,
@@ -41,17 +41,16 @@ pub struct Ground {
 }
 
 impl Receiver {
-    /// A point that stands still.
+    /// A point at rest.
     pub fn still(point: DVec3, normal: DVec3) -> Self {
         Self { point, normal, velocity: DVec3::ZERO, normal_rate: DVec3::ZERO }
     }
 
-    /// Where a ray meets the plane of a triangle, and the side that it sees: the point of the
-    /// triangle that a pixel shows, which is another one at every θ.
+    /// The intersection of a ray with the plane of a triangle, on the side that faces the ray: the point of
+    /// the triangle that a pixel shows, which is a different one at every θ.
     ///
     /// # Errors
-    /// If the ray is parallel to the plane, leads away from it, or
-    /// the triangle has no area.
+    /// If the ray is parallel to the plane, leads away from it, or the triangle has no area.
     pub fn on_ray(ray: &Ray, ground: &Ground) -> Result<Self> {
         let corner = |k: usize| Vector3::new(ground.corners[k], ground.velocities[k]);
         let origin = Vector3::new(ray.origin, ray.origin_velocity);
@@ -86,7 +85,7 @@ impl Receiver {
 }
 
 impl Ray {
-    /// A ray that stands still.
+    /// A ray at rest.
     pub fn still(origin: DVec3, direction: DVec3) -> Self {
         Self { origin, direction, origin_velocity: DVec3::ZERO, direction_rate: DVec3::ZERO }
     }

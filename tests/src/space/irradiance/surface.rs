@@ -6,13 +6,13 @@ use num_dual::Dual64;
 
 use crate::dual::Vector3;
 
-/// How far a corner, or its velocity, may be from the plane of the others, relative to the size of
-/// the surface, or to the speeds.
+/// Tolerance on the distance of a corner, or its velocity, from the plane of the others, relative to the size
+/// of the surface, or to the speeds.
 const FLAT: f64 = 1e-9;
 /// Rounding of coordinates, relative to their magnitude.
 const ROUNDING: f64 = 1e-15;
 
-/// Which sides of a surface emit. Both occlude.
+/// The emitting sides of a surface. Both occlude.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sides {
     /// The side that the normal (b − a) × (c − a) points to, from which the corners are
@@ -30,20 +30,20 @@ pub struct Surface {
     pub vertices: Vec<DVec3>,
     /// Their velocities, under which the polygon stays flat.
     pub velocities: Vec<DVec3>,
-    /// What it emits, linear RGB.
+    /// Emitted radiance, linear RGB.
     pub radiance: DVec3,
-    /// From where.
+    /// The emitting sides.
     pub sides: Sides,
 }
 
 impl Surface {
-    /// A surface that stands still and emits from its front.
+    /// A surface at rest that emits from its front.
     pub fn emitter(vertices: Vec<DVec3>, radiance: DVec3) -> Self {
         let velocities = vec![DVec3::ZERO; vertices.len()];
         Self { vertices, velocities, radiance, sides: Sides::Front }
     }
 
-    /// A surface that stands still and emits nothing.
+    /// A surface at rest that emits nothing.
     pub fn occluder(vertices: Vec<DVec3>) -> Self {
         Self::emitter(vertices, DVec3::ZERO)
     }
@@ -90,7 +90,7 @@ impl Surface {
         let speed = largest(&self.velocities);
         for (k, corner) in corners.iter().enumerate() {
             let height: Dual64 = normal.dot(*corner - corners[0]);
-            // NaN where there is no area must fail too.
+            // NaN from a surface without area must be rejected too.
             ensure!(
                 height.re.abs() <= FLAT * extent + ROUNDING * largest(&self.vertices)
                     && height.eps.abs() <= FLAT * (speed + normal.rate().length() * extent),

@@ -12,7 +12,7 @@ fn exact(case: &IrradianceCase) -> Irradiance {
     irradiance(&case.world, &case.receiver).unwrap_or_else(|e| panic!("{e}\n{}", case.label))
 }
 
-/// E(θ), of world, ground and ray moved.
+/// E(θ) of the displaced world, ground and ray.
 fn value_at(case: &IrradianceCase, theta: f64) -> DVec3 {
     let receiver = Receiver::on_ray(&case.ray.displaced(theta), &case.ground.displaced(theta));
     let receiver = receiver.unwrap_or_else(|e| panic!("{e}\n{} at {theta}", case.label));
@@ -34,20 +34,20 @@ fn assert_below(
     });
 }
 
-/// The largest ratio of a coordinate to a distance from the receiver: what rounding is multiplied
-/// by.
+/// The largest ratio of a coordinate to a distance from the receiver, by which rounding is amplified.
 fn condition(case: &IrradianceCase) -> f64 {
     let x = case.receiver.point;
     let points = case.world.surfaces.iter().flat_map(|s| &s.vertices).chain(&case.ground.corners);
     points.map(|p| p.length().max(x.length()) / p.distance(x)).fold(1.0, f64::max)
 }
 
-/// By how much central differences deny a derivative: above 1 they do.
+/// Ratio of discrepancy to tolerance between a derivative and central differences; above 1 the derivative is
+/// rejected.
 ///
-/// The error of a difference is O(h²) while no edge crosses another within h, and that of rounding
-/// of the coordinates over h. Only gaps of 1e-9 between edges and emitters of 1e-6 need the smallest
-/// steps. Of 30,000 other cases, 99 in 100 were within 1e-8 of the terms' sum at their best step, but
-/// for those with gaps and those far from the origin.
+/// The error of a difference is O(h²) while no edge crosses another within h, plus rounding of the
+/// coordinates over h. Only gaps of 1e-9 between edges and emitters of 1e-6 need the smallest steps. Of
+/// 30,000 other cases, 99 in 100 were within 1e-8 of the terms' sum at their best step, except those with
+/// gaps and those far from the origin.
 fn denial(kind: IrradianceKind, case: &IrradianceCase, light: &Irradiance) -> f64 {
     let brightness = case.world.surfaces.iter().map(|s| s.radiance.max_element()).fold(1.0, f64::max);
     let rounding = f64::EPSILON * brightness * condition(case);
@@ -87,9 +87,9 @@ fn wrong_derivatives_are_denied() {
     assert!(tried > 40, "{tried}");
 }
 
-/// ∫ max(0, n·ω) V dω over one surface, on a jittered grid over each triangle of its fan, with the
-/// standard error. To that counts the largest cell, too: where an edge cuts few cells, both samples
-/// of each may be on one side of it by chance.
+/// ∫ max(0, n·ω) V dω over one surface, on a jittered grid over each triangle of its fan, with the standard
+/// error, which includes the largest cell: where an edge cuts few cells, both samples of each may be on one
+/// side of it by chance.
 fn sampled(case: &IrradianceCase, i: usize, seed: u64) -> [f64; 2] {
     const SIDE: usize = 120;
     let (x, n) = (case.receiver.point, case.receiver.normal.normalize());
@@ -131,8 +131,8 @@ fn factors_are_those_of_sampled_visibility() {
         });
         deviations.fold(0.0, f64::max)
     };
-    // About 1100 comparisons of cells that are nearly, not quite, independent and normal: a false
-    // alarm rate of 1e-4 is |z| = 5.3.
+    // About 1100 comparisons of cells that are nearly, not quite, independent and normal: a false alarm rate
+    // of 1e-4 is |z| = 5.3.
     assert_below(5.3, 500..530, error);
 }
 
@@ -164,25 +164,25 @@ fn in_a_closed_room_the_irradiance_is_pi_whatever_moves() {
         light.absolute
     };
     assert!(check(&world, &receiver) > 0.1);
-    // On a wall, which is then left out; its own room again emits.
+    // For a receiver on a wall, that wall is left out and the world's own room emits again.
     world.surfaces.remove(4);
     receiver.point.z = 0.0;
     (receiver.normal, receiver.velocity.z, receiver.normal_rate) = (DVec3::Z, 0.0, DVec3::ZERO);
     check(&world, &receiver);
-    // Something in the room, of the same light: hidden walls are replaced by what hides them.
+    // An object in the room of the same radiance replaces exactly the walls that it hides.
     let glowing = vec![DVec3::new(0.1, 0.3, 0.7), DVec3::new(0.6, -0.4, 0.9), DVec3::new(-0.3, -0.9, 0.6)];
     let mut glowing = Surface { sides: Sides::Both, ..Surface::emitter(glowing, radiance) };
     glowing.velocities = vec![DVec3::X, DVec3::Y, DVec3::new(0.3, 0.2, -1.0)];
     world.surfaces.push(glowing);
     check(&world, &receiver);
-    // The same light from outside, through a wall less.
+    // One wall is replaced by an environment of the same radiance.
     world.surfaces.remove(1);
     world.environment = radiance;
     check(&world, &receiver);
 }
 
-/// The mean over the receiver [0, w] × [0, l] of the plane z = 0 of what arrives, over π. Nodes are
-/// dense at x = 0 and at both ends of y, near which a wall at x = 0 makes the integrand not smooth.
+/// The mean irradiance over the receiver [0, w] × [0, l] of the plane z = 0, over π. Nodes are dense at x = 0
+/// and at both ends of y, near which a wall at x = 0 makes the integrand not smooth.
 fn mean_form_factor(world: &World, w: f64, l: f64) -> f64 {
     let rule = rule(40);
     let row = |&(s, ws): &(f64, f64)| -> f64 {
@@ -217,8 +217,8 @@ fn form_factors_are_those_of_the_literature() {
     assert!(perpendicular.abs() < 1e-11, "{perpendicular:e}");
 }
 
-/// Over a small emitter, Gauss–Legendre quadrature of cos cos/r² is exact but for terms in the sixth
-/// power of its size.
+/// Over a small emitter, Gauss–Legendre quadrature of cos cos/r² is exact up to terms in the sixth power of
+/// its size.
 #[test]
 fn emitters_of_a_size_of_10_to_the_minus_k_lose_k_digits() {
     let rule = rule(3);
@@ -226,7 +226,7 @@ fn emitters_of_a_size_of_10_to_the_minus_k_lose_k_digits() {
         let size = 0.1_f64.powi(k);
         let corner = |(x, y): (f64, f64)| DVec3::new(0.4, -0.3, 1.3) + size * DVec3::new(x, y, 0.0);
         let vertices = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(corner).to_vec();
-        // As large as it is after rounding.
+        // Its actual size after rounding.
         let extent = vertices[2] - vertices[0];
         let (mut value, mut derivative) = (0.0, 0.0);
         for (s, ws) in rule {

@@ -9,11 +9,11 @@ use crate::choices::choices;
 use crate::dice::Dice;
 use crate::space::coverage::{Camera, Mesh, Motion, ProjectedScene};
 
-/// A mesh, a camera and what θ does to them.
+/// A mesh, a camera and their motion.
 #[derive(Clone, Debug)]
 pub struct CoverageCase {
-    /// Open triangles face the camera and closed solids outwards: counterclockwise from where they
-    /// are seen, so that it does not matter whether back sides emit.
+    /// Open triangles face the camera and closed solids outwards: counterclockwise from where they are seen,
+    /// so that it does not matter whether back sides emit.
     pub mesh: Mesh,
     /// 4 × 4 to 8 × 8 pixels.
     pub camera: Camera,
@@ -21,12 +21,12 @@ pub struct CoverageCase {
     pub motion: Motion,
     /// The pixel filter.
     pub filter: Filter,
-    /// The knobs, in words: what a failing test should print.
+    /// The knobs in words, for failure messages.
     pub label: String,
 }
 
 choices! {
-    /// What there is to be seen, or what is degenerate about it.
+    /// Content of a case, or its degeneracy.
     CoverageKind {
         /// Kinds without anything degenerate.
         GENERIC {
@@ -36,12 +36,13 @@ choices! {
             Quad,
             /// A closed convex mesh of up to 20 triangles, every one of its own radiance.
             Solid,
-            /// Two or three things behind each other or in each other's place, where they may pass through one another.
+            /// Two or three bodies behind each other or at the same place, where they may pass through one
+            /// another.
             Shells,
-            /// Something large about a point of the film's border.
+            /// A large body about a point of the film's border.
             Border,
         }
-        /// All others.
+        /// Degenerate kinds.
         DEGENERATE {
             /// A triangle 10² to 10⁵ times as long as wide, before something else.
             Sliver,
@@ -49,22 +50,22 @@ choices! {
             Grazing,
             /// As [`Shells`](Self::Shells), with a unit of length of 10⁻⁶.
             Small,
-            /// The same with 10⁶.
+            /// Shells with a unit of length of 10⁶.
             Large,
-            /// The same at a distance of 10⁶ from the origin.
+            /// Shells at a distance of 10⁶ from the origin.
             FarFromOrigin,
         }
     }
 }
 
 choices! {
-    /// What θ changes.
+    /// The parameters that θ changes.
     CoverageMoving {
-        /// One thing, along a line.
+        /// Translation of one body.
         Translate,
-        /// One thing, about an axis.
+        /// Rotation of one body.
         Rotate,
-        /// One thing, away from a point.
+        /// Scaling of one body about a point.
         Scale,
         /// One vertex.
         Vertex,
@@ -90,14 +91,14 @@ impl CoverageKind {
     }
 }
 
-/// All that a case depends on.
+/// Parameters that determine a case.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CoverageKnobs {
-    /// Everything that has no knob of its own.
+    /// The seed of everything that has no knob of its own.
     pub seed: u64,
-    /// What there is to be seen.
+    /// The content.
     pub kind: CoverageKind,
-    /// What θ changes.
+    /// The motion.
     pub moving: CoverageMoving,
     /// The pixel filter.
     pub filter: Filter,
@@ -118,8 +119,9 @@ impl CoverageKnobs {
         case.unwrap_or_else(|| panic!("no case for {self:?}"))
     }
 
-    /// Things whose places are drawn by themselves may hide each other in a ring, or a motion may bend the plane of two
-    /// triangles that something passes through: then there is no reference, and another attempt is made.
+    /// `None` where there is no exact reference: bodies drawn independently may hide each other cyclically,
+    /// or a motion may bend the plane of two triangles that something passes through. Another attempt is made
+    /// then.
     fn attempt(&self, dice: Dice) -> Option<CoverageCase> {
         let mut stage = Stage::new(dice);
         stage.furnish(self.kind);
@@ -169,13 +171,13 @@ impl Stage {
         size * DVec2::new(self.dice.between(0.25, 0.75), self.dice.between(0.25, 0.75))
     }
 
-    /// A length at a depth that is so many pixels long, but far shorter than the depth.
+    /// The length at a depth that spans `pixels` pixels, but far shorter than the depth.
     fn length(&self, pixels: f64, depth: f64) -> f64 {
         (pixels / self.camera.pixels_per_slope()).min(0.6) * depth
     }
 
-    /// A depth for what follows the last body: about its own, or so far behind it that a body of up to 0.6 of the depth
-    /// is wholly behind it.
+    /// A depth for the next body: about that of the last one, or so far behind it that a body of up to 0.6 of
+    /// the depth is entirely behind it.
     fn next_depth(&mut self) -> f64 {
         let Body { centre, radius, .. } = self.bodies[self.bodies.len() - 1];
         let depth = (centre - self.camera.origin).dot(self.camera.forward);

@@ -1,8 +1,8 @@
 //! Meshes before a camera whose triangles pass through one another.
 //!
-//! Of every case at least one crossing is seen. Positions are generic: no triangles overlap in one
-//! plane, no corner is in another's plane. Where θ bends a rectangle that something crosses, or
-//! pieces hide each other in a ring, the exact reference says so and the next attempt is taken.
+//! At least one crossing is visible in every case. Positions are generic: no triangles overlap in one plane,
+//! no corner is in another's plane. Where θ bends a rectangle that something crosses, or pieces hide each
+//! other cyclically, the exact reference reports it and the next attempt is taken.
 
 use flatland::plane::Filter;
 use glam::{DVec2, DVec3};
@@ -15,7 +15,7 @@ use crate::dice::Dice;
 use crate::space::coverage::{Camera, Crossing, ProjectedScene, crossings};
 
 choices! {
-    /// What passes through what.
+    /// The bodies that pass through one another.
     CrossingKind {
         /// Two flat convex plates: the crossing ends where an edge of one pierces the other, or at both
         /// borders of one.
@@ -34,18 +34,18 @@ choices! {
 }
 
 choices! {
-    /// What θ changes.
+    /// The parameters that θ changes.
     CrossingMoving {
-        /// The crossing rests in the world.
+        /// The crossing is at rest in the world.
         AT_REST {
-            /// A plate before what crosses; the crossing rests.
+            /// A plate before the crossing bodies; the crossing is at rest.
             Front,
-            /// The camera: the crossing rests in the world.
+            /// The camera: the crossing is at rest in the world.
             Camera,
         }
-        /// It moves.
+        /// The crossing moves.
         MOVING {
-            /// One of the bodies that cross, as an affine map.
+            /// One of the crossing bodies, by an affine map.
             One,
             /// Every body, each on its own.
             All,
@@ -57,14 +57,14 @@ choices! {
     }
 }
 
-/// All that a case depends on.
+/// Parameters that determine a case.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CrossingKnobs {
-    /// Everything that has no knob of its own.
+    /// The seed of everything that has no knob of its own.
     pub seed: u64,
-    /// What crosses.
+    /// The bodies that cross.
     pub kind: CrossingKind,
-    /// What θ changes.
+    /// The motion.
     pub moving: CrossingMoving,
     /// The pixel filter.
     pub filter: Filter,
@@ -118,11 +118,11 @@ fn meet(found: &[Crossing]) -> bool {
     [a, b, c].into_iter().all(is_inside)
 }
 
-/// What is being built around a place.
+/// A scene under construction around a place.
 struct Hub {
     stage: Stage,
     at: DVec3,
-    /// Of what is about the place: two to three pixels.
+    /// Radius of the bodies around the place: two to three pixels.
     radius: f64,
 }
 
@@ -199,7 +199,7 @@ impl Hub {
         self.stage.flat(centre, normal, 0.8 * r, &ring);
     }
 
-    /// A plate wholly before all else, that moves.
+    /// A moving plate entirely in front of everything else.
     fn front(&mut self) {
         let share = self.stage.dice.between(0.3, 0.5);
         let to = self.at + self.stage.dice.vector3(0.6 * self.radius);

@@ -13,17 +13,17 @@ use crate::space::coverage::{Camera, CameraMotion};
 use crate::space::direct::DirectScene;
 use crate::space::irradiance::{Ground, Sides, Surface, World};
 
-/// A scene that moves.
+/// A moving scene.
 #[derive(Clone, Debug)]
 pub struct DirectCase {
-    /// 3 × 3 or 4 × 4 pixels. The ground's triangle reaches far beyond what they show.
+    /// A scene of 3 × 3 or 4 × 4 pixels. The ground's triangle reaches far beyond the field of view.
     pub scene: DirectScene,
-    /// The knobs, in words: what a failing test should print.
+    /// The knobs in words, for failure messages.
     pub label: String,
 }
 
 choices! {
-    /// What there is above the ground.
+    /// The content above the ground.
     DirectKind {
         /// An emitter.
         Open,
@@ -35,11 +35,11 @@ choices! {
 }
 
 choices! {
-    /// What θ changes.
+    /// The parameters that θ changes.
     DirectMoving {
-        /// The ground, along a line.
+        /// Translation of the ground.
         Ground,
-        /// The ground, about an axis.
+        /// Rotation of the ground about an axis.
         GroundRotation,
         /// The camera: position, direction and field of view.
         Camera,
@@ -52,14 +52,14 @@ choices! {
     }
 }
 
-/// All that a case depends on.
+/// Parameters that determine a case.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DirectKnobs {
-    /// Everything that has no knob of its own.
+    /// The seed of everything that has no knob of its own.
     pub seed: u64,
-    /// What there is.
+    /// The content.
     pub kind: DirectKind,
-    /// What θ changes.
+    /// The motion.
     pub moving: DirectMoving,
     /// The pixel filter.
     pub filter: Filter,
@@ -92,7 +92,7 @@ impl DirectKnobs {
     }
 }
 
-/// What is being built, above the plane z = 0.
+/// A scene under construction above the plane z = 0.
 struct Stage {
     dice: Dice,
     scene: DirectScene,
@@ -105,7 +105,7 @@ impl Stage {
         Self { dice, scene, emitters: 0 }
     }
 
-    /// `None` where something cannot be put out of the camera's sight.
+    /// Adds the content; `None` where something cannot be put out of the camera's sight.
     fn furnish(&mut self, kind: DirectKind) -> Option<()> {
         let (emitters, occluders) = match kind {
             DirectKind::Open => (1, 0),
@@ -128,7 +128,7 @@ impl Stage {
             let light = self.scene.world.surfaces[0].vertices.iter().sum::<DVec3>()
                 / self.scene.world.surfaces[0].vertices.len() as f64;
             let occluder = self.unseen(|dice| {
-                // Before the light as seen from somewhere near the middle of the view.
+                // In front of the light as seen from a point near the middle of the view.
                 let from = DVec3::new(dice.between(-0.3, 0.3), dice.between(-0.3, 0.3), 0.0);
                 (from.lerp(light, dice.between(0.25, 0.7)), dice.between(0.1, 0.4))
             })?;
@@ -137,7 +137,7 @@ impl Stage {
         Some(())
     }
 
-    /// A triangle or quadrilateral that is above the ground and that the camera does not see.
+    /// A triangle or quadrilateral above the ground, outside the camera's view.
     fn unseen(&mut self, place: impl Fn(&mut Dice) -> (DVec3, f64)) -> Option<Vec<DVec3>> {
         (0..100).find_map(|_| {
             let ((centre, radius), count) = (place(&mut self.dice), self.dice.count(3, 4));
@@ -176,7 +176,7 @@ impl Stage {
     }
 }
 
-/// A camera that looks down on the ground around 0 from y < 0; it sees about 1 of it across.
+/// A camera that looks down on the ground around 0 from y < 0; its field of view spans about 1 there.
 fn camera(dice: &mut Dice) -> Camera {
     let target = DVec3::new(dice.between(-0.2, 0.2), dice.between(-0.2, 0.2), 0.0);
     let back = DVec3::new(dice.between(-0.3, 0.3), -1.0, dice.between(0.7, 1.5)).normalize();
@@ -197,7 +197,7 @@ fn camera(dice: &mut Dice) -> Camera {
     }
 }
 
-/// Nothing but the ground, the plane z = 0, before such a camera.
+/// The bare ground, the plane z = 0, before such a camera.
 pub(super) fn ground(dice: &mut Dice, filter: impl Fn(&mut Dice) -> Filter) -> DirectScene {
     let camera = camera(dice);
     let corner = |k: f64| (40.0 * DVec2::from_angle(k * TAU / 3.0 + 0.3)).extend(0.0);
@@ -206,7 +206,7 @@ pub(super) fn ground(dice: &mut Dice, filter: impl Fn(&mut Dice) -> Filter) -> D
     DirectScene { world, ground, albedo: dice.colour(), camera, camera_motion, filter: filter(dice) }
 }
 
-/// An emitter; if of one side, it faces down.
+/// An emitter; a one-sided one faces down.
 pub(super) fn lamp(dice: &mut Dice, ring: Vec<DVec3>) -> Surface {
     let radiance = dice.colour() * dice.between(1.0, 6.0);
     let sides = if dice.chance(0.3) { Sides::Both } else { Sides::Front };
@@ -215,14 +215,14 @@ pub(super) fn lamp(dice: &mut Dice, ring: Vec<DVec3>) -> Surface {
     Surface { sides, ..Surface::emitter(corners, radiance) }
 }
 
-/// Any motion of the camera.
+/// A random motion of the camera.
 pub(super) fn camera_motion(dice: &mut Dice) -> CameraMotion {
     let (origin, angular) = (dice.vector3(1.0), dice.vector3(0.3));
     CameraMotion { origin, angular, field_of_view: dice.between(-0.2, 0.2) }
 }
 
-/// Whether all corners are above the ground and out of the camera's sight: some side of the pyramid of view, widened by
-/// filters of up to two pixels, or the camera's own plane, has all of them outside.
+/// Whether all corners are above the ground and out of the camera's sight: some side of the pyramid of view,
+/// widened by filters of up to two pixels, or the camera's own plane, has all of them outside.
 pub(super) fn fits(camera: &Camera, corners: &[DVec3]) -> bool {
     let widest = 1.0 + 4.0 / camera.width as f64;
     let slope = 1.1 * widest * (0.5 * camera.field_of_view).tan();

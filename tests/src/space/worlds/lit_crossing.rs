@@ -1,8 +1,7 @@
-//! Light on a ground past bodies that pass through one another, through the light, or through the
-//! ground.
+//! Light on a ground past bodies that pass through one another, through the light, or through the ground.
 //!
-//! Positions are generic, and in every case something crosses. Emitters are out of the camera's
-//! sight; so is all else but what stands in the ground.
+//! Positions are generic, and every case has a crossing. Emitters are out of the camera's sight, as is
+//! everything else except bodies that stand in the ground.
 
 use flatland::plane::Filter;
 use glam::{DMat3, DVec3};
@@ -18,9 +17,9 @@ use crate::space::direct::DirectScene;
 use crate::space::irradiance::Surface;
 
 choices! {
-    /// What passes through what.
+    /// The bodies that pass through one another.
     LitCrossingKind {
-        /// Where the camera sees the ground alone.
+        /// The camera sees the ground alone.
         UNSEEN {
             /// A black plate through the lamp.
             Plate,
@@ -31,7 +30,7 @@ choices! {
             /// Two black plates through one another, before the lamp.
             Shadows,
         }
-        /// Where it sees what passes through the ground.
+        /// The camera sees the bodies that pass through the ground.
         SEEN {
             /// A black plate that stands in the ground, before the camera.
             Fence,
@@ -42,9 +41,9 @@ choices! {
 }
 
 choices! {
-    /// What θ changes.
+    /// The parameters that θ changes.
     LitCrossingMoving {
-        /// The camera: all crossings rest in the world.
+        /// The camera: all crossings are at rest in the world.
         Camera,
         /// The lamp.
         Lamp,
@@ -55,14 +54,14 @@ choices! {
     }
 }
 
-/// All that a case depends on.
+/// Parameters that determine a case.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LitCrossing {
-    /// Everything that has no knob of its own.
+    /// The seed of everything that has no knob of its own.
     pub seed: u64,
-    /// What crosses.
+    /// The bodies that cross.
     pub kind: LitCrossingKind,
-    /// What θ changes.
+    /// The motion.
     pub moving: LitCrossingMoving,
 }
 
@@ -81,7 +80,7 @@ impl LitCrossing {
     }
 }
 
-/// What is being built, above the plane z = 0. The first body is the lamp.
+/// A scene under construction above the plane z = 0. The first body is the lamp.
 struct Stage {
     dice: Dice,
     scene: DirectScene,
@@ -94,7 +93,7 @@ impl Stage {
         Self { dice, scene, bodies: vec![] }
     }
 
-    /// `None` where something is seen that must not be.
+    /// Adds the content; `None` where something is visible that must not be.
     fn furnish(&mut self, kind: LitCrossingKind) -> Option<()> {
         let dice = &mut self.dice;
         let at = DVec3::new(dice.between(-1.0, 1.0), dice.between(0.2, 1.8), dice.between(1.5, 2.5));
@@ -162,8 +161,8 @@ impl Stage {
         self.bodies.push(start..self.scene.world.surfaces.len());
     }
 
-    /// Whether a triangle of one body crosses one of another, or of the ground, and both bodies rise
-    /// above the ground.
+    /// Whether a triangle of one body crosses one of another, or of the ground, and both bodies rise above
+    /// the ground.
     fn crosses(&self) -> bool {
         let mut mesh =
             Mesh { positions: vec![], triangles: vec![], radiance: vec![], background: DVec3::ZERO };

@@ -1,4 +1,4 @@
-//! Random cases of three dimensions: generic by what happens in them, and degenerate in a named way.
+//! Random cases in three dimensions: generic by content, and degenerate in a named way.
 //!
 //! A case is built from its knobs by `build`; `random` draws the knobs of a kind from a seed. All cases have a
 //! derivative. Velocities are proportional to the size of the world, so that derivatives with respect to θ are of order

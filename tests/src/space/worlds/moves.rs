@@ -1,11 +1,11 @@
-//! Velocities of bodies.
+//! Affine velocity fields of bodies.
 
 use glam::{DMat3, DVec3};
 
 use crate::dice::Dice;
 use crate::space::irradiance::Surface;
 
-/// An affine field of velocities, under which flat things stay flat: ṗ = A (p − centre) + b.
+/// An affine velocity field, under which flat bodies stay flat: ṗ = A (p − centre) + b.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Affine {
     linear: DMat3,
@@ -18,14 +18,14 @@ impl Affine {
         Self { linear: DMat3::ZERO, centre: DVec3::ZERO, constant }
     }
 
-    /// About an axis through `centre`, with the angular velocity `angular`.
+    /// Rotation about an axis through `centre`, with the angular velocity `angular`.
     pub(super) fn rotation(centre: DVec3, angular: DVec3) -> Self {
         let linear =
             DMat3::from_cols(angular.cross(DVec3::X), angular.cross(DVec3::Y), angular.cross(DVec3::Z));
         Self { linear, centre, constant: DVec3::ZERO }
     }
 
-    /// Away from `centre`, by `rate` of the distance.
+    /// Scaling about `centre`, at `rate` times the distance.
     pub(super) fn scaling(centre: DVec3, rate: f64) -> Self {
         Self { linear: DMat3::from_diagonal(DVec3::splat(rate)), centre, constant: DVec3::ZERO }
     }
@@ -34,19 +34,20 @@ impl Affine {
         self.linear * (p - self.centre) + self.constant
     }
 
-    /// Adds the velocities of points to what they have.
+    /// Adds the field at some points to their velocities.
     pub(super) fn carry(&self, points: &[DVec3], velocities: &mut [DVec3]) {
         for (v, p) in velocities.iter_mut().zip(points) {
             *v += self.velocity(*p);
         }
     }
 
-    /// The same for all corners of some surfaces.
+    /// Adds the field at all corners of some surfaces to their velocities.
     pub(super) fn carry_surfaces(&self, surfaces: &mut [Surface]) {
         surfaces.iter_mut().for_each(|surface| self.carry(&surface.vertices, &mut surface.velocities));
     }
 
-    /// Any of the three, around `centre`, with speeds of about `speed` at a distance of `radius`.
+    /// A translation, rotation or scaling around `centre`, with speeds of about `speed` at a distance of
+    /// `radius`.
     pub(super) fn any(dice: &mut Dice, centre: DVec3, radius: f64, speed: f64) -> Self {
         let centre = centre + dice.vector3(radius);
         match dice.count(0, 2) {

@@ -5,13 +5,13 @@ use glam::{DMat3, DVec3};
 use crate::dice::Dice;
 use crate::space::constants::{BOX_FACES, box_corners};
 
-/// How far, relative to the radius, a corner must be behind the plane of every face that it is not
-/// on; boxes, whose faces are two triangles, are exempt within a face.
+/// Minimum distance, relative to the radius, of a corner behind the plane of every face that it is not on;
+/// boxes, whose faces are two triangles, are exempt within a face.
 const BEHIND: f64 = 0.02;
-/// How far corners are shaken, relative to the radius.
+/// Amplitude of the random displacement of corners, relative to the radius.
 const SHAKEN: f64 = 0.15;
 
-/// Corners and triangles of a solid around 0, of about the radius 1.
+/// Corners and triangles of a solid around 0, of radius about 1.
 #[derive(Clone, Debug)]
 pub(super) struct Solid {
     pub(super) corners: Vec<DVec3>,
@@ -19,7 +19,7 @@ pub(super) struct Solid {
 }
 
 impl Solid {
-    /// A tetrahedron, octahedron or icosahedron with shaken corners, or a parallelepiped.
+    /// A tetrahedron, octahedron or icosahedron with randomly displaced corners, or a parallelepiped.
     pub(super) fn random(dice: &mut Dice) -> Self {
         let frame = dice.frame();
         match dice.count(0, 3) {

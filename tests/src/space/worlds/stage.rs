@@ -1,4 +1,4 @@
-//! What is being built: bodies of a mesh before a camera, and what moves them; and what lights a ground.
+//! Scenes under construction: bodies of a mesh before a camera with their motions, and lights of a ground.
 
 use std::ops::Range;
 
@@ -9,7 +9,7 @@ use super::solids::Solid;
 use crate::dice::Dice;
 use crate::space::coverage::{Camera, Mesh, Motion};
 
-/// One thing: its vertices, about where it is, and how large.
+/// One body: its vertices, its centre and its size.
 #[derive(Clone, Debug)]
 pub(super) struct Body {
     pub(super) vertices: Range<usize>,
@@ -27,7 +27,7 @@ pub(super) struct Stage {
 }
 
 impl Stage {
-    /// Before a camera somewhere, of 4 × 4 to 8 × 8 pixels.
+    /// An empty mesh before a randomly placed camera of 4 × 4 to 8 × 8 pixels.
     pub(super) fn new(mut dice: Dice) -> Self {
         let frame = dice.frame();
         let camera = Camera {
@@ -48,12 +48,12 @@ impl Stage {
         DVec2::new(self.camera.width as f64, self.camera.height as f64)
     }
 
-    /// The point that is seen at u at a depth.
+    /// The point at a depth whose image is u.
     pub(super) fn place(&self, u: DVec2, depth: f64) -> DVec3 {
         self.camera.origin + depth * self.camera.direction(u)
     }
 
-    /// A normal that looks to the camera from a point, at a cosine of this or more to the line of sight.
+    /// A normal that faces the camera from a point, at a cosine of this or more to the line of sight.
     pub(super) fn facing(&mut self, from: DVec3, cosine: f64) -> DVec3 {
         let sight = (from - self.camera.origin).normalize();
         loop {
@@ -68,7 +68,7 @@ impl Stage {
         (b - a).cross(c - a).dot(self.camera.origin - a) > 0.0
     }
 
-    /// Adds a body. Open triangles are turned to the camera; those of solids look outwards as given.
+    /// Adds a body. Open triangles are turned towards the camera; those of solids face outwards as given.
     pub(super) fn add(&mut self, centre: DVec3, radius: f64, corners: Vec<DVec3>, triangles: &[[usize; 3]]) {
         let start = self.mesh.positions.len();
         let is_open = triangles.len() <= 2;
@@ -84,7 +84,7 @@ impl Stage {
         self.bodies.push(Body { vertices: start..self.mesh.positions.len(), centre, radius });
     }
 
-    /// Adds a triangle or, if of four corners, two, of one radiance or of two.
+    /// Adds a triangle or, for four corners, two, of one radiance or of two.
     pub(super) fn flat(&mut self, centre: DVec3, normal: DVec3, radius: f64, ring: &[DVec2]) {
         let corners = in_plane(centre, normal, ring);
         let triangles: Vec<_> = (2..corners.len()).map(|k| [0, k - 1, k]).collect();
@@ -110,7 +110,7 @@ impl Stage {
     }
 }
 
-/// Points of the plane through `centre` across `normal`, counterclockwise around it.
+/// Points of the plane through `centre` normal to `normal`, counterclockwise around it.
 pub(super) fn in_plane(centre: DVec3, normal: DVec3, ring: &[DVec2]) -> Vec<DVec3> {
     let (x, y) = normal.any_orthonormal_pair();
     ring.iter().map(|p| centre + p.x * x + p.y * y).collect()

@@ -37,20 +37,20 @@ const GAUSS: [f64; 8] = [
     0.0,
 ];
 
-/// When a piece is fine.
+/// Acceptance criteria of a piece.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Precision {
-    /// The difference between both rules that a piece may have, relative to the integral of the
-    /// absolute values over all pieces: of the value, and of value and derivative. The error of the
-    /// rule of 15 points is far below the difference.
+    /// Tolerated difference between both rules, relative to the integral of the absolute values over all
+    /// pieces: of the value, and of value and derivative. The error of the rule of 15 points is far below the
+    /// difference.
     pub(super) relative: f64,
-    /// How often a piece is halved at most.
+    /// Maximum number of halvings of a piece.
     pub(super) halvings: u32,
-    /// How many pieces are made at most: then the rest is taken as it is, with its error.
+    /// Maximum number of pieces: beyond it the rest is accepted with its error.
     pub(super) pieces: usize,
 }
 
-/// What both rules make of a piece.
+/// The results of both rules on a piece.
 struct Piece<const M: usize> {
     from: f64,
     to: f64,
@@ -90,8 +90,8 @@ impl<const M: usize> Piece<M> {
         Self { from, to, integral, size, differences }
     }
 
-    /// What value and derivative are measured against. The value takes part in both: a derivative
-    /// that is nothing but rounding has no scale of its own.
+    /// Scales of value and derivative. The value takes part in both: a derivative that is pure rounding has
+    /// no scale of its own.
     fn scales(&self) -> [f64; 2] {
         let absolute: f64 = self.integral.iter().map(|t| t.absolute).sum();
         [self.size, self.size + absolute]
@@ -104,7 +104,7 @@ impl<const M: usize> Piece<M> {
     }
 }
 
-/// A difference between both rules as small as this, relative to the terms summed, is rounding.
+/// Bound on the difference between both rules, relative to the terms summed, below which it is rounding.
 const ROUNDING: f64 = 100.0 * f64::EPSILON;
 
 /// QUADPACK's estimate of the error of the rule of 15 points from the difference of both rules.
@@ -112,7 +112,7 @@ fn estimate(difference: f64, scale: f64) -> f64 {
     if scale == 0.0 { difference } else { difference.min(scale * (200.0 * difference / scale).powf(1.5)) }
 }
 
-/// ∫₀¹ f, where f is smooth but at `breaks`, given in any order.
+/// ∫₀¹ f, where f is smooth except at `breaks`, given in any order.
 pub(super) fn integrate<const M: usize>(
     mut breaks: Vec<f64>,
     precision: Precision,
@@ -166,7 +166,7 @@ mod tests {
 
     #[test]
     fn peaks_and_kinks_are_found() {
-        // ∫₀¹ w/(w² + (x − a)²) dx, and its derivative by a.
+        // ∫₀¹ w/(w² + (x − a)²) dx, and its derivative with respect to a.
         let (w, a) = (1e-5, Dual64::new(0.3, 1.0));
         let exact = ((-a + 1.0) / w).atan() + (a / w).atan();
         let peak = |x: f64| [Term::new(((a - x).powi(2) + w * w).recip() * w)];

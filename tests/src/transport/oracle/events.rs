@@ -1,4 +1,4 @@
-//! Where on a line the light that it reflects is not smooth.
+//! Points of a line at which its reflected light is not smooth.
 
 use glam::DVec2;
 
@@ -14,14 +14,14 @@ impl Events {
         Self(vec![vec![]; scene.lines.len()])
     }
 
-    /// Points that see two vertices in one direction, by brute force over all pairs. Those from
-    /// which another line hides a vertex are left out: an event too many or too few costs time, not
-    /// precision, as the quadrature that splits at events is adaptive.
+    /// Points that see two vertices in one direction, by brute force over all pairs. Points from which
+    /// another line hides a vertex are omitted: an event too many or too few costs time, not precision, as
+    /// the quadrature that splits at events is adaptive.
     pub(super) fn new(scene: &Scene) -> Self {
         Self((0..scene.lines.len()).map(|line| of_line(scene, line)).collect())
     }
 
-    /// Those of a line on one side.
+    /// The events of a line on one side.
     pub(super) fn of(&self, line: usize, left: bool) -> impl Iterator<Item = DVec2> + '_ {
         self.0[line].iter().filter(move |(side, _)| *side == left).map(|(_, point)| *point)
     }
@@ -55,8 +55,8 @@ fn of_line(scene: &Scene, line: usize) -> Vec<(bool, DVec2)> {
     events
 }
 
-/// The light of a vertex close to the line changes within its distance from the foot: no rule
-/// of a piece a million times as long would notice. Points at distances that grow tenfold do.
+/// The light of a vertex close to the line changes within its distance from the foot, which no rule on a
+/// piece a million times as long would notice. Break points at distances that grow tenfold resolve it.
 fn layers(a: DVec2, b: DVec2, p: DVec2) -> impl Iterator<Item = DVec2> {
     const CLOSE: f64 = 0.05;
     let length = a.distance(b);
@@ -81,8 +81,8 @@ fn meeting(a: DVec2, b: DVec2, p: DVec2, d: DVec2) -> Option<DVec2> {
     (s > 0.0 && s < 1.0).then(|| a + s * (b - a))
 }
 
-/// Points of a line that see a vertex in the direction into which they mirror the viewer: there a
-/// narrow lobe sweeps over an edge of what it sees.
+/// Points of a line that see a vertex in the mirror direction of the viewer: there a narrow lobe sweeps over
+/// an edge.
 pub(super) fn mirrored(scene: &Scene, line: usize, viewer: DVec2) -> Vec<DVec2> {
     let own = scene.lines[line].vertices;
     let [a, b] = scene.ends(line);

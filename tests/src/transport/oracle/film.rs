@@ -9,7 +9,7 @@ use super::place::Place;
 use super::reflection::Reflection;
 use super::term::Term;
 
-/// The most pixels whose filters overlap.
+/// The maximum number of pixels whose filters overlap.
 const OVERLAP: usize = 4;
 
 /// A part of the film on which one line is seen and every filter is smooth.
@@ -64,8 +64,8 @@ pub(super) fn image(reflection: &Reflection, film: &Film, bounces: usize, precis
     pixels
 }
 
-/// The film from `first` to `last` by what is seen. Where a vertex parts what is the same line on
-/// both sides, nothing happens.
+/// The film from `first` to `last`, split by the visible line. A vertex with the same line on both sides is
+/// no split.
 fn events(reflection: &Reflection, first: f64, last: f64) -> Vec<Piece> {
     let scene = &reflection.scene;
     let inside = |u: &Dual64| first < u.re && u.re < last;
@@ -84,7 +84,7 @@ fn events(reflection: &Reflection, first: f64, last: f64) -> Vec<Piece> {
     found
 }
 
-/// Those parts that lie in a fixed interval.
+/// The parts that lie in a fixed interval.
 fn pieces(of: &[Piece], low: f64, high: f64) -> impl Iterator<Item = Piece> + '_ {
     let clip = move |u: Dual64| {
         if u.re <= low {
@@ -100,7 +100,7 @@ fn pieces(of: &[Piece], low: f64, high: f64) -> impl Iterator<Item = Piece> + '_
         .map(move |p| Piece { ends: p.ends.map(clip), seen: p.seen })
 }
 
-/// The part of each covered pixel that is due to a piece: u = u₀ + ξ(u₁ − u₀), and ξ stands still.
+/// The part of each covered pixel due to a piece: u = u₀ + ξ(u₁ − u₀) at fixed ξ.
 fn integral(
     reflection: &Reflection,
     filter: Filter,

@@ -51,7 +51,8 @@ mod tests {
     use crate::transport::oracle::adaptive::{Precision, integrate};
     use crate::transport::oracle::term::Term;
 
-    /// Both closed forms against quadrature of the integrands, with derivatives by everything.
+    /// Both closed forms against quadrature of the integrands, with derivatives with respect to every
+    /// argument.
     #[test]
     fn closed_forms_are_integrals() {
         let precision = Precision { relative: 1e-12, halvings: 60, pieces: 10_000 };
@@ -71,7 +72,7 @@ mod tests {
                     for (found, expected) in found.into_iter().zip(expected) {
                         let value = (found.re - expected.value.re).abs();
                         let slope = (found.eps - expected.value.eps).abs();
-                        // A peak of height 1/w loses ε/w of its place.
+                        // A peak of height 1/w loses ε/w of its position.
                         let tolerance = 1e-12 + 1e-15 / w.re;
                         assert!(value < tolerance, "{w} {mirror} {a} {b}: {found} {expected:?}");
                         let allowed = tolerance * (1.0 + expected.absolute);

@@ -1,4 +1,4 @@
-//! A point of a surface, the side from which it is seen, and what it sees.
+//! A surface point, the side from which it is seen, and the lines visible from it.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -16,7 +16,7 @@ pub(super) struct Place {
     pub(super) point: Vector2,
     pub(super) normal: Vector2,
     pub(super) side: Vector2,
-    /// φ of the direction into which a mirror would send the light that leaves towards the viewer.
+    /// φ of the direction into which a mirror would reflect the light that leaves towards the viewer.
     pub(super) mirror: Dual64,
 }
 
@@ -29,7 +29,7 @@ pub(super) enum Limit {
     Vertex(usize),
 }
 
-/// Directions in which one line, or the environment, is seen.
+/// Directions in which one line, or the environment, is visible.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Interval {
     pub(super) from: Limit,
@@ -49,7 +49,7 @@ pub(super) struct Angles {
 }
 
 impl Place {
-    /// The point of `line` that is seen at `point` in the direction `d` from the point `from`.
+    /// The point of `line` whose position is `point`, seen in the direction `d` from the point `from`.
     pub(super) fn new(scene: &Scene, line: usize, point: Vector2, from: Vector2, d: Vector2) -> Self {
         let [a, b] = scene.ends(line);
         // The height over the line decides, not the direction.
@@ -62,7 +62,8 @@ impl Place {
         Self { line, point, normal, side, mirror }
     }
 
-    /// The vector to a limit, along n and b. A vertex's height over the line does not depend on x.
+    /// The vector to a limit, in components along n and b. A vertex's height over the line does not depend on
+    /// x.
     fn local(&self, scene: &Scene, limit: Limit) -> Vector2 {
         match limit {
             Limit::Grazing(sign) => Vector([0.0.into(), sign.into()]),
@@ -79,14 +80,14 @@ impl Place {
         self.normal * phi.cos() + self.side * phi.sin()
     }
 
-    /// φ of a point now, if it lies on this side.
+    /// φ of a point at θ = 0, if it lies on this side.
     pub(super) fn angle_of(&self, point: DVec2) -> Option<f64> {
         let d = point - self.point.value();
         let height = d.dot(self.normal.value());
         (height > 0.0).then(|| d.dot(self.side.value()).atan2(height))
     }
 
-    /// All directions of this side, in order, by what is seen in them.
+    /// All directions of this side, in order, split by the visible line.
     pub(super) fn intervals(&self, scene: &Scene) -> Vec<Interval> {
         let own = scene.lines[self.line].vertices;
         let mut limits = vec![(-FRAC_PI_2, Limit::Grazing(-1.0)), (FRAC_PI_2, Limit::Grazing(1.0))];

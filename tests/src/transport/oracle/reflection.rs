@@ -1,4 +1,4 @@
-//! The light that a point reflects towards its viewer after a number of scattering events.
+//! Light that a point reflects towards its viewer after a number of scattering events.
 
 use glam::DVec2;
 use num_dual::{Dual64, DualNum};
@@ -10,22 +10,21 @@ use super::place::{Angles, Place};
 use super::scene::{Scene, Surface, is_nothing};
 use super::term::Term;
 
-/// A scene with what the recursion needs.
+/// A scene with the data of the recursion.
 #[derive(Debug)]
 pub(super) struct Reflection {
     pub(super) scene: Scene,
     pub(super) events: Events,
-    /// Of the integrals over directions from the second scattering event on.
+    /// Precision of the integrals over directions from the second scattering event on.
     pub(super) inner: Precision,
 }
 
-/// Lobes narrower than this have events of their own, where they sweep over vertices; wider ones
-/// are smooth enough for the quadrature as they are.
+/// Width below which lobes have events of their own, where they sweep over vertices; wider ones are smooth
+/// enough for the quadrature.
 const NARROW: f64 = 0.3;
 
 impl Reflection {
-    /// ∫ f(ω, ω_o) cos φ L(ω) dω at a place, where L is the light that has been scattered fewer
-    /// than `bounces` times.
+    /// ∫ f(ω, ω_o) cos φ L(ω) dω at a place, where L is the light scattered fewer than `bounces` times.
     pub(super) fn at(&self, place: &Place, bounces: usize) -> Term {
         let scene = &self.scene;
         let surface = &scene.lines[place.line].surface;
@@ -48,8 +47,8 @@ impl Reflection {
         sum
     }
 
-    /// The light reflected by one line, over an interval of directions whose ends move: a direction
-    /// is φ₀ + ξ(φ₁ − φ₀), and ξ stands still.
+    /// The light reflected by one line, over an interval of directions whose ends move: a direction is φ₀ +
+    /// ξ(φ₁ − φ₀) at fixed ξ.
     fn indirect(&self, place: &Place, seen: usize, angles: &Angles, bounces: usize) -> Term {
         let scene = &self.scene;
         let surface = &scene.lines[place.line].surface;
@@ -65,7 +64,7 @@ impl Reflection {
         sum
     }
 
-    /// ξ where the integrand of [`indirect`](Self::indirect) is not smooth or has a peak.
+    /// Values of ξ where the integrand of [`indirect`](Self::indirect) is not smooth or has a peak.
     fn breaks(&self, place: &Place, seen: usize, angles: &Angles) -> Vec<f64> {
         let scene = &self.scene;
         let reduced = |phi: f64| (phi - angles.ends[0].re) / angles.width.re;
@@ -100,7 +99,7 @@ fn scattering(surface: &Surface, alpha: Dual64) -> Dual64 {
 fn direct(surface: &Surface, emission: Dual64, angles: &Angles, mirror: Dual64) -> Term {
     let diffuse = surface.reflectance * 0.5 * lobe::cosine(angles);
     let gloss = surface.gloss.map_or(0.0.into(), |[s, w]| s * lobe::gloss(angles, mirror, w));
-    // What each end contributes: the terms that cancel in a narrow interval.
+    // The contributions of the ends: the terms that cancel in a narrow interval.
     let ends = angles.ends.iter().zip(&angles.cosines).map(|(phi, cosine)| {
         let f = scattering(surface, *phi - mirror);
         (f.re * cosine.re * phi.eps).abs()

@@ -1,4 +1,4 @@
-//! A world and its camera in dual numbers, and what is seen in it, by brute force.
+//! A world and its camera in dual numbers, with visibility by brute force.
 
 use flatland::transport::{Camera, Material, MaterialTangent, Tangent, World};
 use glam::DVec2;
@@ -56,14 +56,14 @@ impl Surface {
         }
     }
 
-    /// Whether it scatters any light, or would if θ changed.
+    /// Whether it scatters light, or would if θ changed.
     pub(super) fn scatters(&self) -> bool {
         let strength = self.gloss.map_or(Dual64::from(0.0), |[s, _]| s);
         !is_nothing(self.reflectance) || !is_nothing(strength)
     }
 }
 
-/// Whether a number is 0 and stays so.
+/// Whether a dual number is 0 with derivative 0.
 pub(super) fn is_nothing(x: Dual64) -> bool {
     x.re == 0.0 && x.eps == 0.0
 }
@@ -80,19 +80,19 @@ impl Eye {
         }
     }
 
-    /// ω(u), of any length.
+    /// ω(u), not normalised.
     pub(super) fn direction(&self, u: Dual64) -> Vector2 {
         self.axes[0] + self.axes[1] * ((u * (2.0 / self.pixels) - 1.0) * self.tan)
     }
 
-    /// Where a point is seen, if it is in front.
+    /// The film coordinate of a point, if it is in front.
     pub(super) fn project(&self, point: Vector2) -> Option<Dual64> {
         let d = point - self.position;
         let [depth, side] = self.axes.map(|axis| d.dot(axis));
         (depth.re > 0.0).then(|| (side / (depth * self.tan) + 1.0) * (0.5 * self.pixels))
     }
 
-    /// The same of a point that stands still.
+    /// The film coordinate of a point at rest.
     pub(super) fn project_value(&self, point: DVec2) -> Option<f64> {
         self.project(Vector2::still(point)).map(|u| u.re)
     }
@@ -114,17 +114,17 @@ impl Scene {
         Self { vertices, lines, environment, eye: Eye::new(camera, change) }
     }
 
-    /// The end points of a line now.
+    /// The end points of a line at θ = 0.
     pub(super) fn ends(&self, line: usize) -> [DVec2; 2] {
         self.lines[line].vertices.map(|v| self.vertices[v].value())
     }
 
-    /// The radiance that a line, or the environment, sends out of itself.
+    /// The radiance emitted by a line, or by the environment.
     pub(super) fn emission(&self, seen: Option<usize>) -> Dual64 {
         seen.map_or(self.environment, |line| self.lines[line].surface.emission)
     }
 
-    /// The first line met from a point of the line `own`, or from the open.
+    /// The first line met from a point of the line `own`, or from free space.
     pub(super) fn first(&self, from: DVec2, direction: DVec2, own: Option<usize>) -> Option<usize> {
         let mut nearest = (f64::INFINITY, None);
         for (i, line) in self.lines.iter().enumerate().filter(|(i, _)| Some(*i) != own) {
@@ -155,8 +155,8 @@ impl Scene {
         })
     }
 
-    /// Where a ray meets a line: the point of the line in direction `d` from `from`, computed from
-    /// its nearer end, so that it lies on the line to rounding.
+    /// The intersection of a ray with a line: the point of the line in direction `d` from `from`, computed
+    /// from its nearer end, so that it lies on the line to rounding.
     pub(super) fn meet(&self, line: usize, from: Vector2, d: Vector2) -> Vector2 {
         let [a, b] = self.lines[line].vertices.map(|v| self.vertices[v]);
         let edge = self.lines[line].edge;

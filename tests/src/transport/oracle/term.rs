@@ -1,10 +1,10 @@
-//! A sum with its derivative, and what rounding and quadrature make of both.
+//! A sum with its derivative, and the rounding and quadrature errors of both.
 
 use std::ops::{AddAssign, Mul};
 
 use num_dual::Dual64;
 
-/// A number that was summed from terms.
+/// A number summed from terms.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Term {
     /// The sum.
@@ -21,7 +21,7 @@ impl Term {
         Self { value, absolute: value.eps.abs(), error: 0.0 }
     }
 
-    /// One term whose derivative is a difference of others, the absolute sum of which is known.
+    /// One term whose derivative is a difference of others with a known absolute sum.
     pub(super) fn with_absolute(value: Dual64, absolute: f64) -> Self {
         Self { value, absolute: absolute.max(value.eps.abs()), error: 0.0 }
     }

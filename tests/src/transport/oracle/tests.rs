@@ -9,7 +9,7 @@ use super::*;
 use crate::transport::constants::{Constant, constants};
 use crate::transport::worlds::{Case, Kind, Knobs, Moving};
 
-/// Differences of the oracle's values: central, or to one side if the other is no world, as an
+/// Differences of the oracle's values: central, or one-sided if the other side is no valid world, such as an
 /// environment of negative radiance; both of second order in the step.
 fn difference(case: &Case, bounces: usize, step: f64) -> Option<Vec<f64>> {
     let values = |theta: f64| {
@@ -26,7 +26,8 @@ fn difference(case: &Case, bounces: usize, step: f64) -> Option<Vec<f64>> {
     Some((0..case.camera.film.pixels).map(difference).collect())
 }
 
-/// Every pixel whose derivative is not that of the values, of all cases that stay worlds when displaced.
+/// Every pixel whose derivative is not that of the values, over all cases that stay valid worlds when
+/// displaced.
 fn mismatches(knobs: &[Knobs], bounces: usize, step: f64, tolerance: f64) -> (usize, Vec<String>) {
     let check = |knobs: &Knobs| {
         let case = knobs.build();
@@ -64,7 +65,7 @@ fn derivatives_are_those_of_the_values() {
 fn derivatives_are_those_of_the_values_of_light_scattered_twice() {
     let small = |k: &Knobs| Knobs { shapes: 1, pixels: 4, ..*k };
     let knobs: Vec<_> = knobs(&[Kind::Shadows, Kind::Glossy, Kind::Glowing], 2).iter().map(small).collect();
-    // A value is known to about 10⁻⁸ only, and a longer step changes what is seen.
+    // A value is known to about 10⁻⁸ only, and a longer step changes visibility.
     let (count, failures) = mismatches(&knobs, 2, 1e-4, 1e-4);
     println!("{count} of {} cases", knobs.len());
     assert!(failures.is_empty(), "{} failures\n{}", failures.len(), failures.join("\n"));

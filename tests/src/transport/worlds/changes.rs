@@ -1,11 +1,11 @@
-//! What θ does to a world.
+//! Random changes of a world with θ.
 
 use flatland::transport::{CameraTangent, Tangent, World};
 
 use super::Moving;
 use crate::dice::Dice;
 
-/// A change of the kind `moving` of a world as large as `unit`.
+/// A change of the kind `moving` of a world of size `unit`.
 pub(super) fn draw(dice: &mut Dice, moving: Moving, world: &World, unit: f64) -> Tangent {
     let shapes: Vec<usize> = (0..world.shapes().len()).filter(|_| dice.chance(0.5)).collect();
     // At least one.
@@ -27,7 +27,8 @@ pub(super) fn draw(dice: &mut Dice, moving: Moving, world: &World, unit: f64) ->
         Moving::Material => {
             let mut change = Tangent::none(world);
             for (material, shape) in change.materials.iter_mut().zip(world.shapes()) {
-                // Relative, and a narrow lobe has little room; but what scatters nothing may begin to.
+                // Relative rates: a narrow lobe has little room. A strength of 0 may, however, become
+                // positive.
                 let now = shape.material();
                 material.reflectance = rate(dice, now.reflectance);
                 material.emission = dice.between(-1.0, 1.0) * now.emission;
@@ -49,8 +50,8 @@ pub(super) fn draw(dice: &mut Dice, moving: Moving, world: &World, unit: f64) ->
     }
 }
 
-/// Of a part of the light that is scattered: relative to what it is, or, if it is 0, sometimes
-/// positive, so that there is a world on one side at least.
+/// The rate of a scattering coefficient: relative to its value, or, if that is 0, sometimes positive, so that
+/// there is a valid world on one side at least.
 fn rate(dice: &mut Dice, now: f64) -> f64 {
     match now {
         0.0 if dice.chance(0.5) => dice.between(0.0, 1.0),

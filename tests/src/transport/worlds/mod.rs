@@ -1,4 +1,4 @@
-//! Random flat worlds: generic by what happens in them, and degenerate in a named way.
+//! Random flat worlds: generic by content, and degenerate in a named way.
 //!
 //! A [`Case`] is built from [`Knobs`] by [`Knobs::build`]; [`Knobs::random`] draws the knobs from a
 //! seed. All cases have a derivative.
@@ -14,39 +14,39 @@ use crate::choices::choices;
 use crate::dice::Dice;
 use scenes::Arrangement;
 
-/// A world, a camera that looks at it, and a parameter.
+/// A world, its camera, and a parameter.
 #[derive(Clone, Debug)]
 pub struct Case {
     /// The world.
     pub world: World,
     /// 4 to 12 pixels.
     pub camera: Camera,
-    /// What θ does to both.
+    /// The tangent of both with respect to θ.
     pub change: Tangent,
-    /// The knobs, in words: what a failing test should print.
+    /// The knobs in words, for failure messages.
     pub label: String,
 }
 
 choices! {
-    /// What happens in a world, or what is degenerate about it.
+    /// Content of a world, or its degeneracy.
     Kind {
         /// Kinds without anything degenerate.
         GENERIC {
-            /// A receiver that fills the view and a light, wholly visible from all of it: over the film,
-            /// nothing jumps.
+            /// A receiver that fills the view and a light, wholly visible from all of it: no discontinuity on
+            /// the film.
             Direct,
-            /// A receiver, a light, and things between them.
+            /// A receiver, a light, and objects between them.
             Shadows,
-            /// The same with lobes 0.02 to 0.5 wide.
+            /// Shadows with lobes 0.02 to 0.5 wide.
             Glossy,
-            /// The same in an environment of its own light.
+            /// A receiver, a light and objects in an environment that emits.
             Glowing,
             /// Up to five lights.
             ManyLights,
             /// A closed room around everything, of an albedo below 0.8.
             Room,
         }
-        /// All others.
+        /// Degenerate kinds.
         DEGENERATE {
             /// A light 10⁻⁹ to 10⁻¹ over the line of the receiver.
             GrazingLight,
@@ -69,15 +69,15 @@ choices! {
 }
 
 choices! {
-    /// What θ changes.
+    /// The parameters that θ changes.
     Moving {
-        /// Those of geometry.
+        /// Geometric parameters.
         GEOMETRIC {
-            /// Some shapes, along a line.
+            /// Translation of some shapes.
             Translate,
-            /// Some shapes, about a point.
+            /// Rotation of some shapes about a point.
             Rotate,
-            /// Some shapes, away from a point.
+            /// Scaling of some shapes about a point.
             Scale,
             /// One vertex.
             Vertex,
@@ -88,7 +88,7 @@ choices! {
             /// The field of view.
             FieldOfView,
         }
-        /// All others.
+        /// Other parameters.
         OTHER {
             /// Every parameter of every material.
             Material,
@@ -111,18 +111,18 @@ impl Kind {
     }
 }
 
-/// All that a case depends on.
+/// Parameters that determine a case.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Knobs {
-    /// Everything that has no knob of its own.
+    /// The seed of everything that has no knob of its own.
     pub seed: u64,
-    /// What happens.
+    /// The content.
     pub kind: Kind,
-    /// What θ changes.
+    /// The motion.
     pub moving: Moving,
-    /// How many shapes there are besides those that the kind needs, 0 to 4; some kinds bound it.
+    /// The number of shapes besides those that the kind needs, 0 to 4; some kinds bound it.
     pub shapes: usize,
-    /// How many pixels, 4 to 12.
+    /// The number of pixels, 4 to 12.
     pub pixels: usize,
     /// The pixel filter.
     pub filter: Filter,

@@ -1,4 +1,4 @@
-//! The arrangements: one function a kind. All are about as large as 1; see [`Kind`].
+//! Arrangements of random worlds, one function per kind. All are of size about 1; see [`Kind`].
 
 use flatland::transport::{Material, Shape};
 use glam::DVec2;
@@ -40,7 +40,7 @@ pub(super) fn arrange(dice: &mut Dice, kind: Kind, shapes: usize) -> Arrangement
     }
 }
 
-/// Nothing but a receiver that fills the view and a light, wholly visible from all of it.
+/// Only a receiver that fills the view and a light, wholly visible from all of it.
 fn direct(dice: &mut Dice) -> Arrangement {
     let y = dice.between(-0.2, 0.2);
     let material = if dice.chance(0.5) { dice.diffuse(0.9) } else { dice.glossy(0.9, GLOSS) };
@@ -57,7 +57,7 @@ fn direct(dice: &mut Dice) -> Arrangement {
     Arrangement { shapes: vec![floor, light], environment, eye, angle, field_of_view }
 }
 
-/// What a [`receiver`] is made of.
+/// The materials and lights of a [`receiver`].
 #[derive(Default)]
 struct Style {
     gloss: Option<[f64; 2]>,
@@ -66,7 +66,7 @@ struct Style {
     lights: usize,
 }
 
-/// A receiver, a light above it, and things between them.
+/// A receiver, a light above it, and objects between them.
 fn receiver(dice: &mut Dice, shapes: usize, style: Style) -> Arrangement {
     let surface = |dice: &mut Dice| match style.gloss {
         Some(widths) => dice.glossy(0.9, widths),
@@ -128,7 +128,7 @@ fn room(dice: &mut Dice, shapes: usize) -> Arrangement {
     }
 }
 
-/// A light that stands on the receiver's line, or almost, so that its light grazes.
+/// A light on the line of the receiver, or almost, at grazing incidence.
 fn grazing(dice: &mut Dice, shapes: usize) -> Arrangement {
     let mut this = receiver(dice, shapes.min(3), Style { lights: 0, environment: true, gloss: None });
     this.environment = 0.0;
@@ -145,8 +145,7 @@ fn grazing(dice: &mut Dice, shapes: usize) -> Arrangement {
     this
 }
 
-/// A light of a length down to 10⁻¹², with some environment, or with so much light of its own that
-/// it lights the scene alone.
+/// A light of a length down to 10⁻¹², with some environment, or so bright that it lights the scene alone.
 fn tiny(dice: &mut Dice, shapes: usize) -> Arrangement {
     let mut this = receiver(dice, shapes, Style { environment: true, ..Style::default() });
     let length = dice.scale(1e-12, 1e-3);
@@ -176,7 +175,7 @@ fn near_wall(dice: &mut Dice, shapes: usize) -> Arrangement {
     this
 }
 
-/// Polygons 10³ to 10⁶ times as long as wide, in the place of other things.
+/// Polygons 10³ to 10⁶ times as long as wide, in place of other objects.
 fn slivers(dice: &mut Dice, shapes: usize) -> Arrangement {
     let mut this = receiver(dice, shapes.min(2), Style::default());
     for i in 0..2 {

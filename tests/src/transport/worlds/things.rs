@@ -1,4 +1,4 @@
-//! What random flat worlds are made of.
+//! Building blocks of random flat worlds.
 
 use std::f64::consts::TAU;
 
@@ -8,8 +8,8 @@ use glam::DVec2;
 use crate::dice::Dice;
 
 impl Dice {
-    /// A segment, an open polyline of two, or a polygon of up to five corners, inside a disc: the
-    /// corners have increasing angles, so it does not meet itself.
+    /// A segment, an open polyline of two segments, or a polygon of up to five corners, inside a disc: the
+    /// corners have increasing angles, so it does not intersect itself.
     pub(super) fn shape(&mut self, centre: DVec2, radius: f64, material: Material) -> Shape {
         let corners = self.count(2, 5);
         let turn = self.between(0.0, TAU);
@@ -25,12 +25,12 @@ impl Dice {
         }
     }
 
-    /// Diffuse, of an albedo up to `albedo`.
+    /// A diffuse material with an albedo up to `albedo`.
     pub(super) fn diffuse(&mut self, albedo: f64) -> Material {
         Material::diffuse(self.between(0.25, 1.0) * albedo)
     }
 
-    /// With a lobe of a width in a range, and perhaps a diffuse part.
+    /// A material with a lobe of a width in a range, and perhaps a diffuse part.
     pub(super) fn glossy(&mut self, albedo: f64, [narrow, wide]: [f64; 2]) -> Material {
         let reflectance = if self.chance(0.5) { self.between(0.1, 0.5) * albedo } else { 0.0 };
         let strength = self.between(0.5, 1.0) * (albedo - reflectance);
@@ -38,7 +38,7 @@ impl Dice {
         Material { reflectance, gloss, emission: 0.0 }
     }
 
-    /// An emitter, perhaps one that reflects as well.
+    /// An emitter, which may also reflect.
     pub(super) fn emitter(&mut self) -> Material {
         let emission = self.between(0.5, 4.0);
         if self.chance(0.7) { Material::emitter(emission) } else { self.diffuse(0.6).with_emission(emission) }

@@ -9,23 +9,23 @@ use crate::dice::Dice;
 use crate::space::irradiance::{Ground, Ray, Receiver, Surface, World};
 use stage::Stage;
 
-/// A receiver, what it sees, and what θ does to them.
+/// A receiver, its world, and their motion.
 #[derive(Clone, Debug)]
 pub struct IrradianceCase {
-    /// All but the ground.
+    /// Everything but the ground.
     pub world: World,
-    /// Where the ray meets the ground: what [`Receiver::on_ray`] makes of the next two.
+    /// The intersection of the ray with the ground, by [`Receiver::on_ray`] of the next two.
     pub receiver: Receiver,
-    /// The receiver's surface. It is so small that nothing else meets it.
+    /// The receiver's surface, small enough that nothing else meets it.
     pub ground: Ground,
-    /// A ray to the ground's front, with nothing in its way.
+    /// An unobstructed ray to the ground's front.
     pub ray: Ray,
-    /// The knobs, in words: what a failing test should print.
+    /// The knobs in words, for failure messages.
     pub label: String,
 }
 
 choices! {
-    /// What there is between light and receiver, or what is degenerate about it.
+    /// The content between light and receiver, or its degeneracy.
     IrradianceKind {
         /// Kinds without anything degenerate.
         GENERIC {
@@ -36,35 +36,35 @@ choices! {
             /// Two emitters, occluders, and a uniform environment.
             Glowing,
         }
-        /// All others.
+        /// Degenerate kinds.
         DEGENERATE {
             /// An emitter that crosses the receiver's horizon.
             Horizon,
-            /// An emitter at a distance of 10⁻³ to 10⁻² of the others', from so small to 100 times as
-            /// large.
+            /// An emitter at a distance of 10⁻³ to 10⁻² of the others', with a size from that distance to 100
+            /// times it.
             NearEmitter,
-            /// An emitter of 10⁻⁶ to 10⁻² of its distance.
+            /// An emitter of 10⁻⁶ to 10⁻² of its distance in size.
             TinyEmitter,
             /// An occluder with an edge seen within 10⁻⁹ to 10⁻³ of an emitter's.
             AlignedEdges,
             /// As [`Occluded`](Self::Occluded), with a unit of length of 10⁻⁶.
             Small,
-            /// The same with 10⁶.
+            /// Occluders with a unit of length of 10⁶.
             Large,
-            /// The same at a distance of 10⁶ from the origin.
+            /// Occluders at a distance of 10⁶ from the origin.
             FarFromOrigin,
         }
     }
 }
 
 choices! {
-    /// What θ changes.
+    /// The parameters that θ changes.
     IrradianceMoving {
-        /// The ground, along a line.
+        /// Translation of the ground.
         Ground,
-        /// The ground, about an axis.
+        /// Rotation of the ground about an axis.
         GroundRotation,
-        /// The ray: another point of the ground.
+        /// The ray, which then meets another point of the ground.
         Ray,
         /// An emitter: translation, rotation or scale.
         Emitter,

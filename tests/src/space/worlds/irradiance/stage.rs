@@ -1,4 +1,4 @@
-//! What is being built: emitters and occluders around a receiver.
+//! A scene under construction: emitters and occluders around a receiver.
 
 use std::ops::Range;
 
@@ -10,11 +10,11 @@ use crate::space::irradiance::{Ground, Ray, Sides, Surface, World};
 use crate::space::worlds::moves::Affine;
 use crate::space::worlds::stage::in_plane;
 
-/// No surface's plane is nearer to the receiver than this, in units of the world, except where the
+/// Minimum distance of every surface's plane from the receiver, in units of the world, except where the
 /// emitter is near.
 const CLEARANCE: f64 = 0.03;
 
-/// What is being built: the receiver is at 0 and faces +z.
+/// A scene under construction: the receiver is at 0 and faces +z.
 pub(super) struct Stage {
     pub(super) dice: Dice,
     pub(super) world: World,
@@ -73,7 +73,7 @@ impl Stage {
 
     fn add_emitter(&mut self, corners: Vec<DVec3>) {
         let mut surface = Surface::emitter(corners, self.dice.colour() * self.dice.between(0.5, 4.0));
-        // The front is what the receiver sees, but of one in ten.
+        // The receiver sees the front, except of one in ten.
         let faces_away = area(&surface.vertices).dot(surface.vertices[0]) > 0.0;
         if faces_away != self.dice.chance(0.1) {
             surface.vertices.reverse();
@@ -83,8 +83,8 @@ impl Stage {
         self.emitters += 1;
     }
 
-    /// A triangle or quadrilateral about a point, seen from the receiver at a cosine of 0.3 or
-    /// more, and with a plane that keeps its distance from it.
+    /// A triangle or quadrilateral about a point, seen from the receiver at a cosine of 0.3 or more, with a
+    /// plane that keeps its distance from the receiver.
     fn flat(&mut self, centre: DVec3, radius: f64) -> Vec<DVec3> {
         let count = self.dice.count(3, 4);
         let ring = self.dice.convex_ring(radius, count);
@@ -133,7 +133,7 @@ impl Stage {
         let ring = self.dice.convex_ring(radius, count);
         let aside = DVec2::from_angle(self.dice.between(0.0, std::f64::consts::TAU)) * radius;
         let centre = (aside * self.dice.between(0.0, 1.0)).extend(height);
-        // Tilted so little that the plane stays away from the receiver.
+        // A tilt small enough that the plane stays away from the receiver.
         let tilt = self.dice.vector3(0.3 * height / radius.max(height));
         in_plane(centre, (DVec3::Z + tilt).normalize(), &ring)
     }
@@ -143,8 +143,7 @@ impl Stage {
         self.flat(centre, radius)
     }
 
-    /// An occluder between receiver and emitter: about a point before it, or with an edge through
-    /// one.
+    /// An occluder between receiver and emitter: about a point in front of it, or with an edge through one.
     fn covering(&mut self, emitter: &[DVec3]) -> Vec<DVec3> {
         let share = self.dice.between(0.3, 0.7);
         let target = share * inside(emitter, [(); 4].map(|()| self.dice.between(0.1, 1.0)));
@@ -247,7 +246,7 @@ impl Stage {
         }
     }
 
-    /// All of them by one affine field, of a speed that makes changes of order one.
+    /// Moves all of them by one affine field, at a speed that makes changes of order one.
     fn move_surfaces(&mut self, range: Range<usize>) {
         let first = &self.world.surfaces[range.start].vertices;
         let (centre, extent) = (first[0], first[0].distance(first[1]));
