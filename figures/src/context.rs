@@ -1,4 +1,4 @@
-//! What every figure is told: how much to spend, where to write, and how to show progress.
+//! Shared context of all figures: effort, output directory and progress.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -27,19 +27,19 @@ pub(crate) enum Quality {
     Full,
 }
 
-/// What every figure is told.
+/// Settings and outputs shared by all figures.
 pub(crate) struct Context {
     quality: Quality,
     out: PathBuf,
     seed: u64,
     figures: ProgressBar,
     start: Instant,
-    /// What was drawn, by file name.
+    /// All drawings by file name.
     drawings: Mutex<BTreeMap<String, Drawing>>,
 }
 
 impl Context {
-    /// For a run of `count` figures.
+    /// The context of a run of `count` figures.
     pub(crate) fn new(quality: Quality, out: PathBuf, seed: u64, count: usize) -> Self {
         let figures =
             ProgressBar::new(count as u64).with_style(style("{pos}/{len} {bar:24} {elapsed} {msg}"));
@@ -47,7 +47,7 @@ impl Context {
         Self { quality, out, seed, figures, start: Instant::now(), drawings: Mutex::default() }
     }
 
-    /// `draft` or `full`, by the quality asked for.
+    /// `draft` or `full`, by the requested quality.
     pub(crate) fn spend<T>(&self, draft: T, full: T) -> T {
         match self.quality {
             Quality::Draft => draft,
@@ -55,24 +55,25 @@ impl Context {
         }
     }
 
-    /// The seed of every random number.
+    /// The seed of all random numbers.
     pub(crate) fn seed(&self) -> u64 {
         self.seed
     }
 
-    /// Where a file of this name is to stand.
+    /// The path of an output file.
     pub(crate) fn path(&self, file: &str) -> PathBuf {
         self.out.join(file)
     }
 
-    /// Writes a drawing to a file of this name, and to another for dark pages.
+    /// Writes a drawing to a file of this name, and a variant for dark pages to another.
     pub(crate) fn png(&self, file: &str, canvas: &Canvas) -> Result<()> {
         self.note(file, canvas);
         write_png(&self.out.join(file), canvas, light)?;
         write_png(&self.out.join(dark_file(file)), canvas, dark)
     }
 
-    /// Writes drawings of one size as one animated file, each shown for `milliseconds`, and as another for dark pages.
+    /// Writes drawings of one size as an animated file, each shown for `milliseconds`, and a variant for dark
+    /// pages as another.
     pub(crate) fn animation(&self, file: &str, frames: &[Canvas], milliseconds: u16) -> Result<()> {
         if let Some(first) = frames.first() {
             self.note(file, first);
@@ -86,7 +87,7 @@ impl Context {
         self.drawings.lock().unwrap_or_else(PoisonError::into_inner).insert(file.to_owned(), drawing);
     }
 
-    /// All that was drawn, by file name.
+    /// All drawings by file name.
     pub(crate) fn drawings(&self) -> BTreeMap<String, Drawing> {
         self.drawings.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
@@ -97,7 +98,8 @@ impl Context {
         Ok(file.to_owned())
     }
 
-    /// Writes linear colours row by row, signed ones too, and returns the file's name for the list of data.
+    /// Writes linear colours row by row, including signed ones, and returns the file's name for the list of
+    /// data.
     pub(crate) fn exr(&self, file: &str, width: usize, pixels: &[DVec3]) -> Result<String> {
         let pixels: Vec<[f32; 3]> = pixels.iter().map(|pixel| pixel.as_vec3().to_array()).collect();
         write_exr(&self.out.join(file), width, &pixels)?;
@@ -110,12 +112,12 @@ impl Context {
         Ok(file.to_owned())
     }
 
-    /// Says what the figure is doing now.
+    /// Shows the figure's current step.
     pub(crate) fn step(&self, what: &str) {
         self.figures.set_message(what.to_owned());
     }
 
-    /// Says what the figure is doing now, and how far it is.
+    /// Shows the figure's current step with its progress.
     pub(crate) fn progress(&self, what: &str) -> Progress {
         told(&self.figures, what)
     }
@@ -131,14 +133,14 @@ impl Context {
         Ok(drawn)
     }
 
-    /// Says where the gallery is.
+    /// Prints where the gallery is.
     pub(crate) fn finish(&self, page: &Path) {
         self.figures.finish_and_clear();
         println!("{} written in {:.1} s", page.display(), self.start.elapsed().as_secs_f64());
     }
 }
 
-/// Progress that the bar's message tells, stage by stage.
+/// Progress shown in the bar's message, stage by stage.
 pub(crate) fn told(bar: &ProgressBar, what: &str) -> Progress {
     bar.set_message(what.to_owned());
     let (bar, what) = (bar.clone(), what.to_owned());

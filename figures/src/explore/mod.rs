@@ -1,7 +1,8 @@
-//! A page on which a flat world can be dragged, and what every method finds of its derivative, live.
+//! An interactive page on which a flat world can be dragged, with every method's estimate of its derivative,
+//! live.
 //!
-//! The page asks this program for the numbers of every state, over the loopback address; nothing else is reached, and nothing leaves the
-//! machine.
+//! The page requests the numbers of every state from this program over the loopback address; there is no
+//! other connection, and nothing leaves the machine.
 
 mod numbers;
 mod server;
@@ -36,9 +37,9 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// Serves the page, and others.
+/// Serves the page and other files.
 fn serve(server: &Arc<Server>, others: Vec<(&'static str, String)>) {
-    // Numbers take all threads of the machine: one state at a time.
+    // The numbers use all threads of the machine: one state at a time.
     let turn = Mutex::new(());
     server.serve(move |url| answer(url, &others, &turn));
 }

@@ -1,4 +1,4 @@
-//! The numbers of a state: image, field and derivatives, by every method.
+//! Numbers of a state: image, field and derivatives, by every method.
 
 use std::time::Instant;
 
@@ -15,15 +15,15 @@ use serde::Serialize;
 use super::state::{FLOOR, LIGHT, OCCLUDER, State};
 use crate::figures::common::Agreement;
 
-/// The error of what is called exact, relative to the sum of absolute terms: finer than any screen.
+/// Tolerance of the values called exact, relative to the sum of absolute terms: finer than any screen.
 const TOLERANCE: f64 = 1e-5;
-/// Places on the film at which the field is shown, and estimates that each is the mean of.
+/// Places on the film at which the field is shown, and number of estimates averaged at each.
 const PLACES: usize = 240;
 const REPEATS: u64 = 8;
-/// The reach of the mean over jumps, in kernel widths.
+/// Reach of the mean over discontinuities, in kernel widths.
 const REACH: f64 = 8.0;
 
-/// What the page draws.
+/// Data for the page's plots.
 #[derive(Debug, Serialize)]
 pub(super) struct Numbers {
     link: String,
@@ -45,7 +45,7 @@ struct Drawn {
     name: &'static str,
     points: Vec<[f64; 2]>,
     is_closed: bool,
-    /// How far its middle moves as θ grows.
+    /// Velocity of its middle as θ grows.
     motion: [f64; 2],
 }
 
@@ -55,12 +55,12 @@ struct Estimate {
     name: &'static str,
     values: Vec<f64>,
     errors: Vec<f64>,
-    /// On the exact derivative; 1 is right.
+    /// Slope on the exact derivative; 1 is right.
     slope: f64,
     slope_error: f64,
-    /// Relative to the derivative, root mean squares.
+    /// Root mean squares relative to the derivative.
     noise: f64,
-    /// Rays a sample.
+    /// Rays per sample.
     rays: f64,
 }
 
@@ -96,7 +96,7 @@ impl Numbers {
     }
 }
 
-/// A state with what is made of it.
+/// A state with the objects built from it.
 struct Posed<'a> {
     state: &'a State,
     world: &'a World,
@@ -105,7 +105,7 @@ struct Posed<'a> {
 }
 
 impl Posed<'_> {
-    /// The field of warped area, with the state's γ and N′.
+    /// The warp field of warped-area sampling, with the state's γ and N′.
     fn warp(&self) -> Warp {
         let first = Warp::one_dimensional();
         let weighting =

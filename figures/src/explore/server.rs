@@ -1,8 +1,8 @@
 //! A server of small pages on the loopback address.
 //!
-//! One request a connection, GET and HEAD alone. Bodies are not read. A head longer than [`LONGEST_HEAD`]
-//! and a client slower than [`PATIENCE`] are sent away, and so is a page of another site that names this
-//! address (its `Host` is not ours: DNS rebinding).
+//! One request per connection, GET and HEAD only. Bodies are not read. Rejected are heads longer than
+//! [`LONGEST_HEAD`], clients slower than [`PATIENCE`], and pages of another site that name this address
+//! (their `Host` is not ours: DNS rebinding).
 
 use std::io::{ErrorKind, Read as _, Write as _};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
@@ -13,13 +13,13 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result};
 
-/// Most bytes of a request's first line and headers.
+/// Maximum number of bytes of a request's first line and headers.
 const LONGEST_HEAD: usize = 16 << 10;
-/// Most headers of a request.
+/// Maximum number of headers of a request.
 const MOST_HEADERS: usize = 64;
-/// Time that a client has to send its request, and to take what it asked for.
+/// Time limit for a client to send its request, and to receive the answer.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// Most connections at once; others are closed.
+/// Maximum number of simultaneous connections; others are closed.
 const MOST_CONNECTIONS: usize = 64;
 
 /// The response to a request.
@@ -36,7 +36,7 @@ impl Answer {
     }
 }
 
-/// A socket that listens.
+/// A listening socket.
 pub(super) struct Server {
     listener: TcpListener,
     pub(super) address: SocketAddr,
@@ -59,7 +59,7 @@ impl Server {
     #[cfg(test)]
     pub(super) fn stop(&self) {
         self.stopped.store(true, Ordering::Relaxed);
-        // Wakes it.
+        // Wakes the accepting thread.
         let _ = TcpStream::connect(self.address);
     }
 
@@ -70,7 +70,7 @@ impl Server {
             if self.stopped.load(Ordering::Relaxed) {
                 return;
             }
-            // Who asked may have gone.
+            // The client may have gone.
             let Ok(stream) = stream else { continue };
             if self.connections.fetch_add(1, Ordering::Relaxed) >= MOST_CONNECTIONS {
                 self.connections.fetch_sub(1, Ordering::Relaxed);

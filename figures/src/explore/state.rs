@@ -1,4 +1,4 @@
-//! Everything that can be dragged or set, and the link that says it.
+//! State of the page: everything that can be dragged or set, and its encoding as a link.
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -12,7 +12,7 @@ pub(super) const FLOOR: usize = 0;
 pub(super) const LIGHT: usize = 2;
 pub(super) const OCCLUDER: usize = 3;
 
-/// Pixels of the film, and radians that it sees.
+/// Pixels of the film, and its field of view in radians.
 const PIXELS: usize = 48;
 const FIELD_OF_VIEW: f64 = 1.0;
 /// The occluder's corners and radius, and half the light's width.
@@ -20,7 +20,7 @@ const CORNERS: usize = 5;
 const RADIUS: f64 = 0.55;
 const HALF_LIGHT: f64 = 0.75;
 
-/// A number of the state: its name in links, what it is, its range, and its value at first.
+/// A number of the state: its name in links, its description, range and initial value.
 struct Setting {
     name: &'static str,
     range: [f64; 2],
@@ -31,7 +31,7 @@ const fn setting(name: &'static str, range: [f64; 2], first: f64) -> Setting {
     Setting { name, range, first }
 }
 
-/// All of them, in the order of [`State`]'s numbers.
+/// All settings, in the order of [`State`]'s numbers.
 const SETTINGS: [Setting; 15] = [
     setting("ox", [1.5, 8.0], 4.9),
     setting("oy", [0.9, 4.6], 1.8),
@@ -50,10 +50,11 @@ const SETTINGS: [Setting; 15] = [
     setting("moves", [0.0, 4.0], 0.0),
 ];
 
-/// What the derivative is by: θ moves the occluder to the right, up or around its middle, the light to the right, or the camera up.
+/// Number of parameters: θ moves the occluder to the right, up or around its middle, the light to the right,
+/// or the camera up.
 const MOVES: usize = 5;
 
-/// A link that is no state.
+/// A link that encodes no valid state.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum StateError {
     #[error("`{0}` is not of the form name=number&name=number")]
@@ -75,7 +76,7 @@ impl Default for State {
 }
 
 impl State {
-    /// Reads the part of a link behind its ? or #; what it does not say is as at first.
+    /// Reads the part of a link behind its ? or #; missing settings have their initial values.
     pub(super) fn parse(link: &str) -> Result<Self, StateError> {
         let mut state = Self::default();
         for part in link.split('&').filter(|part| !part.is_empty()) {
@@ -93,7 +94,7 @@ impl State {
         Ok(state)
     }
 
-    /// The link, whole.
+    /// The complete link.
     pub(super) fn link(&self) -> String {
         let mut link = String::new();
         for (setting, value) in SETTINGS.iter().zip(self.0) {
@@ -112,7 +113,7 @@ impl State {
         DVec2::new(self.get(x), self.get(y))
     }
 
-    /// w, the half width of the floor's lobe in radians; none if it is matt.
+    /// w, the half width of the floor's lobe in radians; `None` if it is matt.
     pub(super) fn lobe(&self) -> Option<f64> {
         Some(self.get("width")).filter(|width| *width > 0.0)
     }
@@ -125,7 +126,7 @@ impl State {
         self.get("gamma")
     }
 
-    /// N′, or none for a random number that leaves no bias.
+    /// N′, or `None` for a random number of rays, which leaves no bias.
     pub(super) fn rays(&self) -> Option<usize> {
         Some(self.get("rays") as usize).filter(|rays| *rays > 0)
     }
@@ -165,7 +166,7 @@ impl State {
         Camera { position: self.point("cx", "cy"), angle: self.get("ca"), field_of_view: FIELD_OF_VIEW, film }
     }
 
-    /// dθ of everything.
+    /// The tangent of all parameters with respect to θ.
     pub(super) fn change(&self, world: &World) -> Tangent {
         match self.get("moves") as usize % MOVES {
             0 => Tangent::translate(world, [OCCLUDER], DVec2::X),

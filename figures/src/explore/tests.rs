@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use super::*;
 
-/// Drags the occluder on the page in a frame, and writes what the page then shows.
+/// Drags the occluder on the page in a frame, and writes what the page shows afterwards.
 const PROBE: &str = r##"<!DOCTYPE html><body><iframe id="page" style="width:900px;height:1200px"></iframe><pre id="found"></pre><script>
 const frame = document.getElementById("page"), wait = time => new Promise(done => setTimeout(done, time));
 frame.onload = async () => {
@@ -29,7 +29,7 @@ frame.onload = async () => {
 frame.src = "/";
 </script>"##;
 
-/// A server in a thread of its own, until the test is over.
+/// A server in its own thread, which runs until the test is over.
 fn served(besides: Vec<(&'static str, String)>) -> (Arc<Server>, String) {
     let server = Arc::new(Server::new(0).unwrap());
     let address = server.address.to_string();
@@ -38,7 +38,7 @@ fn served(besides: Vec<(&'static str, String)>) -> (Arc<Server>, String) {
     (server, address)
 }
 
-/// Status and body of what stands at a path.
+/// Status and body at a path.
 fn get(address: &str, path: &str) -> (u16, String) {
     let mut stream = TcpStream::connect(address).unwrap();
     write!(stream, "GET {path} HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\n\r\n").unwrap();
@@ -72,7 +72,7 @@ fn status(address: &str, request: &[u8]) -> u16 {
     std::str::from_utf8(&answer[9..]).unwrap().parse().unwrap()
 }
 
-/// Clients that send too much, nothing sensible, or nothing at all leave the page as it is.
+/// The page survives clients that send too much, nonsense, or nothing at all.
 #[test]
 fn clients_cannot_stop_the_server() {
     let (server, address) = served(vec![]);
@@ -90,7 +90,7 @@ fn clients_cannot_stop_the_server() {
     ] {
         assert_eq!(status(&address, &bytes), expected, "{}", String::from_utf8_lossy(&bytes[..20]));
     }
-    // Nor do some that are silent, or do not read what they asked for.
+    // It also survives clients that are silent, or do not read their answer.
     let silent: Vec<TcpStream> = (0..32).map(|_| TcpStream::connect(&address).unwrap()).collect();
     for mut stream in &silent[..16] {
         stream.write_all(&request("GET /", "")).unwrap();

@@ -1,4 +1,4 @@
-//! What several figures need.
+//! Helpers shared by several figures.
 
 use std::time::{Duration, Instant};
 
@@ -25,12 +25,12 @@ pub(crate) fn display(linear: DVec3) -> Color {
     Color::from_rgb(pixel.pixels()[0])
 }
 
-/// The root of the mean square; 0 for nothing.
+/// The root of the mean square; 0 for an empty slice.
 pub(crate) fn root_mean_square(values: &[f64]) -> f64 {
     (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
-/// The largest magnitude; 0 for nothing.
+/// The largest magnitude; 0 for an empty slice.
 pub(crate) fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |largest, value| largest.max(value.abs()))
 }
@@ -51,7 +51,7 @@ pub(crate) fn draw_turn(
     }
 }
 
-/// How an estimate agrees with the exact derivative.
+/// Agreement of an estimate with the exact derivative.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Agreement {
     /// The slope of the estimate on the exact derivative: 1 if unbiased.
@@ -88,8 +88,8 @@ pub(crate) fn median(values: &[f64]) -> f64 {
     0.5 * (sorted[(sorted.len() - 1) / 2] + sorted[sorted.len() / 2])
 }
 
-/// Seconds that one thread takes for the fastest of a few runs, because other programs can only slow one down: two at
-/// least, and up to twelve of short ones.
+/// Seconds of the fastest of a few single-threaded runs, because other programs can only slow one down: at
+/// least two runs, and up to twelve short ones.
 pub(crate) fn seconds<T: Send>(run: impl Fn() -> anyhow::Result<T> + Send + Sync) -> anyhow::Result<f64> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     let start = Instant::now();
@@ -116,9 +116,9 @@ pub(crate) fn percent(part: f64) -> String {
     format!("{} %", number(100.0 * part))
 }
 
-/// The relative standard error of a variance above which it is not known.
+/// Relative standard error above which a variance counts as unknown.
 pub(crate) const KNOWN: f64 = 0.5;
-/// Standard errors by which an unbiased mean may be off. If it is farther, the run has likely missed samples
-/// so large that they decide the variance. With the 7 degrees of freedom of 8 runs one healthy run in 25 is
-/// farther as well: too few runs are believed rather than too many.
+/// Tolerance on an unbiased mean, in standard errors. Beyond it the run has likely missed samples so large
+/// that they dominate the variance. With the 7 degrees of freedom of 8 runs one healthy run in 25 exceeds it
+/// as well: the test prefers to accept too few runs rather than too many.
 pub(crate) const SETTLED: f64 = 2.5;

@@ -1,11 +1,11 @@
-//! How flat worlds are drawn.
+//! Drawing of flat worlds.
 
 use flatland::transport::{Camera, Shape, Tangent, World};
 use glam::DVec2;
 
 use crate::plot::{Align, Canvas, Color, Height, Palette, Pen, TextStyle, View};
 
-/// The colour of a shape: what it does with light.
+/// The colour of a shape, by its material.
 fn color(shape: &Shape) -> Color {
     let material = shape.material();
     if material.emission > 0.0 {
@@ -30,7 +30,7 @@ pub(crate) fn draw_world(canvas: &mut Canvas, view: &View, world: &World) {
     }
 }
 
-/// Draws the pinhole, and its view as far as `depth`.
+/// Draws the pinhole and its view up to `depth`.
 pub(crate) fn draw_camera(canvas: &mut Canvas, view: &View, camera: &Camera, depth: f64) {
     let ends = [0.0, camera.film.pixels as f64].map(|u| camera.position + depth * camera.direction(u));
     let [a, b] = ends.map(|p| view.at(p));

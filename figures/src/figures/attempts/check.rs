@@ -1,4 +1,4 @@
-//! V by quadrature: what the estimates must agree with.
+//! V by quadrature, the reference for the estimates.
 
 use glam::DVec2;
 use rayon::prelude::*;
@@ -9,13 +9,13 @@ use super::edge::{Edge, KAPPA, Profile, Weight};
 const SQUARE: f64 = 6.0;
 /// Points of a rule on an interval.
 const POINTS: u32 = 160;
-/// Readings from one check to the next.
+/// Stride of checked readings.
 const EVERY: usize = 7;
 
 /// V·ν of one attempt at one place by quadrature.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Check {
-    /// Which profile.
+    /// Index of the profile.
     pub(super) attempt: usize,
     pub(super) x: f64,
     pub(super) exact: f64,
@@ -30,10 +30,10 @@ impl Check {
     }
 }
 
-/// The moving side's share of ∫ w(u, u') du', which is V·ν at u, and the integral itself, for a weight
-/// that is even about the line across the silhouette.
+/// The moving side's share of ∫ w(u, u') du', which is V·ν at u, and the integral itself, for a weight that
+/// is even about the line across the silhouette.
 pub(super) fn share(u: DVec2, w: impl Fn(DVec2) -> f64) -> (f64, f64) {
-    // w jumps at the silhouette and peaks there and at u: both are ends of intervals.
+    // w is discontinuous at the silhouette and peaks there and at u: both are ends of intervals.
     let ends = [u.x - SQUARE, u.x.min(0.0), u.x.max(0.0), u.x + SQUARE];
     let (mut moving, mut all) = (0.0, 0.0);
     for interval in ends.windows(2) {

@@ -1,4 +1,4 @@
-//! A half-plane that moves: the left side of x = 0, with one straight silhouette.
+//! A moving half-plane: the left side of x = 0, with one straight silhouette.
 
 use flatland::plane::fields::{AuxiliaryField, DirectField};
 use flatland::plane::{Motion, Polygon, Scene, Shade, Shape};
@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 /// The kernel's concentration: lengths are in kernel widths.
 pub(super) const KAPPA: f64 = 1.0;
-/// Estimates with the original's weight to one with the default's.
+/// Ratio of the number of estimates with the original's weight to that with the default's.
 pub(super) const HEAVIER: usize = 4;
 /// Further away than any auxiliary point.
 const FAR: f64 = 60.0;
@@ -39,7 +39,7 @@ pub(super) struct Weight {
 }
 
 impl Weight {
-    /// The default, and the original's.
+    /// The default weight and the original's.
     pub(super) fn both() -> [Self; 2] {
         let of = |name, warp: Warp| match warp.weighting {
             Weighting::BoundaryAware { gamma, boundary } => Self { name, gamma, boundary },
@@ -84,7 +84,7 @@ pub(super) struct Profile {
     pub(super) readings: Vec<Reading>,
 }
 
-/// Where the line is read: closer together near the silhouette, never on it.
+/// Sample places along the line: closer together near the silhouette, never on it.
 pub(super) fn places(count: usize) -> Vec<f64> {
     let half = count / 2;
     (0..2 * half)
@@ -95,7 +95,7 @@ pub(super) fn places(count: usize) -> Vec<f64> {
         .collect()
 }
 
-/// Attempts 1, 2 and 3, the last with both weights, from that many unbiased estimates; the original's
+/// Attempts 1, 2 and 3, the last with both weights, from `estimates` unbiased estimates; the original's
 /// weight, whose tails are heavier, takes [`HEAVIER`] times as many.
 pub(super) fn profiles(edge: &Edge, places: &[f64], estimates: usize, seed: u64) -> Vec<Profile> {
     let (scene, velocities) = (&edge.scene, edge.velocities.as_slice());

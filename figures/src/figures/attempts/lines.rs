@@ -43,7 +43,7 @@ fn across() -> Axis {
     Axis::linear(ACROSS).limits(-3.0, 3.0)
 }
 
-/// The lines of one quantity; a gap at the silhouette where attempt 1 jumps.
+/// Curves of one quantity; a gap at the silhouette where attempt 1 is discontinuous.
 fn curves(axes: &mut Axes, profiles: &[Profile], which: usize) {
     for (profile, color) in profiles.iter().zip(COLORS) {
         let style = Style::new(color).width(if color == Palette::GREY { 2.4 } else { 1.9 });
@@ -92,7 +92,7 @@ fn divergences(canvas: &mut Canvas, space: Rect, profiles: &[Profile]) {
     axes.vertical(0.0, &Style::new(Color::SPINE).width(1.0).dashed());
     curves(&mut axes, profiles, 1);
     let placed = axes.draw(canvas, space);
-    // What no reading can show: the direct field's divergence at the silhouette.
+    // The direct field's divergence at the silhouette, which no reading can show.
     if let (Some(top), Some(bottom)) = (placed.at([0.0, 0.0]), placed.at([0.0, low])) {
         let tip = bottom - DVec2::new(0.0, 3.0);
         canvas.arrow(top, tip, &Pen::new(COLORS[0], 2.4));

@@ -18,7 +18,7 @@ use weights::Around;
 const NEAR: f64 = 0.3;
 const FAR: f64 = 2.0;
 
-/// Draws it.
+/// Draws the figure.
 pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let edge = Edge::new()?;
     context.step("2 three attempts: along the line");
@@ -113,7 +113,7 @@ fn auxiliary_points(around: &[Around]) -> Table {
     )
 }
 
-/// What each attempt gives closest to the silhouette, on either side.
+/// Values of each attempt closest to the silhouette, on either side.
 fn table(profiles: &[Profile]) -> Table {
     let shown = |profile: &Profile, i: usize| {
         let r = &profile.readings[i];

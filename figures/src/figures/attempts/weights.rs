@@ -20,11 +20,11 @@ pub(super) struct Auxiliary {
     /// w̃ / Σ w̃.
     pub(super) share: f64,
     pub(super) boundary: f64,
-    /// V·x of what is seen there.
+    /// V·x of the surface seen there.
     pub(super) velocity: f64,
 }
 
-/// Everything around one point u.
+/// Maps and shares around one point u.
 pub(super) struct Around {
     pub(super) u: DVec2,
     side: usize,
@@ -32,7 +32,7 @@ pub(super) struct Around {
     maps: [Vec<f64>; 4],
     /// The moving side's share of the integral of either weight: V·x at u.
     pub(super) shares: [f64; 2],
-    /// Its share of the kernel.
+    /// The moving side's share of the kernel.
     pub(super) kernel: f64,
     pub(super) points: Vec<Auxiliary>,
 }

@@ -1,4 +1,4 @@
-//! The gradient images of a view by every method, and how far they are from the exact one.
+//! Gradient images of a view by every method, and their errors against the exact one.
 
 use std::time::Instant;
 
@@ -8,12 +8,12 @@ use flatland::plane::{Film, Image, Motion, Scene};
 
 use crate::figures::common::{self, Agreement, largest};
 
-/// The channel that is shown and judged: green tells the drawing's gold from its red.
+/// The channel shown and judged: green tells the drawing's gold from its red.
 pub(super) const CHANNEL: usize = 1;
 /// Side of the blocks of pixels in which heavy tails are averaged.
 pub(super) const BLOCK: usize = 12;
 
-/// A drawing and the part of it that turns.
+/// A drawing and its rotating part.
 pub(super) struct Subject<'a> {
     pub(super) scene: &'a Scene,
     pub(super) motion: Motion,
@@ -21,7 +21,7 @@ pub(super) struct Subject<'a> {
     pub(super) radius: f64,
 }
 
-/// What one film sees.
+/// One film's images and estimates.
 pub(super) struct View {
     pub(super) film: Film,
     pub(super) primal: Image,
@@ -29,25 +29,25 @@ pub(super) struct View {
     /// Seconds for the exact gradient, its arrangement included.
     pub(super) exact_seconds: f64,
     pub(super) warped: Estimate,
-    /// With as many rays as `warped`.
+    /// Estimate with as many rays as `warped`.
     pub(super) differences: Estimate,
-    /// With as many rays as `warped`.
+    /// Estimate with as many rays as `warped`.
     pub(super) edges: Estimate,
     /// The step of `differences`, in radians.
     pub(super) step: f64,
 }
 
-/// What a method computed, in one channel.
+/// A method's estimate, in one channel.
 pub(super) struct Estimate {
     pub(super) samples: usize,
     pub(super) rays: u64,
     pub(super) seconds: f64,
     pub(super) mean: Vec<f64>,
     pub(super) standard_error: Vec<f64>,
-    /// With the exact gradient.
+    /// Agreement with the exact gradient.
     pub(super) agreement: Agreement,
-    /// (estimate − exact)/standard error of every pixel, and of the sums over blocks of pixels; NaN where nothing
-    /// varies.
+    /// (estimate − exact)/standard error of every pixel, and of the sums over blocks of pixels; NaN where
+    /// nothing varies.
     pub(super) z: [Vec<f64>; 2],
 }
 
@@ -55,7 +55,7 @@ pub(super) struct Estimate {
 pub(super) struct Worst {
     pub(super) z: f64,
     pub(super) count: usize,
-    /// The median of the largest of as many normal ones.
+    /// The median of the maximum of as many normal deviates.
     pub(super) expected: f64,
 }
 
@@ -103,7 +103,7 @@ impl Estimate {
         Self { samples, rays: image.rays, seconds, mean, standard_error, agreement, z }
     }
 
-    /// Over pixels, and over blocks of pixels.
+    /// The largest |z| over pixels, and over blocks of pixels.
     pub(super) fn worst(&self) -> [Worst; 2] {
         self.z.each_ref().map(|all| {
             let finite = all.iter().filter(|z| z.is_finite());
@@ -113,7 +113,7 @@ impl Estimate {
     }
 }
 
-/// Standard errors up to this part of the largest gradient are rounding.
+/// Part of the largest gradient up to which standard errors are rounding.
 const ROUNDING: f64 = 1e-9;
 
 /// The sums of (estimate − exact) over squares of pixels, in standard errors.
@@ -129,7 +129,7 @@ fn scores(mean: &[f64], error: &[f64], exact: &[f64], width: usize, block: usize
     sums.into_iter().map(|(d, v)| if v.sqrt() > least { d / v.sqrt() } else { f64::NAN }).collect()
 }
 
-/// The z with count · P(|Z| > z) = ln 2, by bisection: the median of the largest of `count` normal ones.
+/// The z with count · P(|Z| > z) = ln 2, by bisection: the median of the largest of `count` normal deviates.
 fn expected_worst(count: usize) -> f64 {
     // P(|Z| > z) by Laplace's continued fraction.
     let tail = |z: f64| {

@@ -16,9 +16,9 @@ use crate::plot::number;
 use crate::prose::Prose;
 use crate::ratio::Ratio;
 
-/// The drawing; its origin and licence stand in figures/assets/CREDITS.md.
+/// The drawing; see figures/assets/CREDITS.md for its origin and licence.
 const DRAWING: &str = include_str!("../../../assets/montenegro.svg");
-/// The part that turns.
+/// The rotating part.
 const PART: &str = "shield";
 
 /// Measures, draws and explains.
@@ -94,7 +94,7 @@ fn prose(scene: &Scene, moving: usize, whole: &View, close: &View) -> anyhow::Re
     )
 }
 
-/// Every pixel that changes.
+/// Table of every pixel that changes.
 fn pixels(view: &View) -> Table {
     let (width, _) = view.size();
     let exact = channel(&view.exact);

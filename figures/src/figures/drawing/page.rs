@@ -11,12 +11,12 @@ use crate::space::picture::LUMINANCE;
 /// Side of a picture on the page.
 const SIDE: f64 = 216.0;
 const GAP: f64 = 14.0;
-/// How dark a black primal prints under a gradient.
+/// Darkness of a black primal printed under a gradient.
 const PRINT: f64 = 0.2;
-/// Widest |z| shown.
+/// Largest |z| shown.
 const REACH: f64 = 6.0;
 
-/// The whole drawing, the moving part, and how warped area agrees with the exact gradient there.
+/// The whole drawing, the moving part, and the agreement of warped area with the exact gradient there.
 pub(super) fn page(whole: &View, part: &View, centre: DVec2, radius: f64) -> Canvas {
     let title = "A drawing whose shield turns: the gradient image, exact and estimated";
     let height = 3.0 * (SIDE + PANEL_TITLE_ROOM) + 2.0 * GAP + 24.0;
@@ -56,7 +56,7 @@ fn colors(image: &Image) -> Raster {
     Raster::from_fn(image.width(), image.height(), |x, y| image.pixel(x, y).as_vec3().to_array())
 }
 
-/// A gradient over a pale print of the primal, so that its place in the drawing is seen.
+/// A gradient over a pale print of the primal, which shows its place in the drawing.
 fn over_primal(primal: &Image, shading: &Shading, gradient: &[f64]) -> Raster {
     Raster::from_fn(primal.width(), primal.height(), |x, y| {
         let luminance = primal.pixel(x, y).dot(LUMINANCE);
@@ -65,7 +65,7 @@ fn over_primal(primal: &Image, shading: &Shading, gradient: &[f64]) -> Raster {
     })
 }
 
-/// Where a point of the scene lies on a picture of the view.
+/// Position of a scene point on a picture of the view.
 fn on(view: &View, rect: Rect, point: DVec2) -> DVec2 {
     let scale = rect.width / (view.film.width() as f64 * view.film.pixel());
     DVec2::new(rect.x, rect.y) + scale * (point - view.film.corner())
@@ -81,7 +81,7 @@ fn frame_part(canvas: &mut Canvas, whole: &View, part: &View, rect: Rect) {
     canvas.frame(frame, &Pen::new(Color::INK, 0.8));
 }
 
-/// An arrow along the turn.
+/// An arrow along the rotation.
 fn turn(canvas: &mut Canvas, view: &View, rect: Rect, centre: DVec2, radius: f64) {
     let at = |angle: f64| on(view, rect, centre + 1.3 * radius * DVec2::from_angle(angle));
     draw_turn(canvas, at, [-1.0, 0.5, 0.45, 0.8], [4.0, 2.2]);
@@ -119,7 +119,7 @@ fn agreement(figure: &mut Figure, part: &View, cells: &[Rect]) {
     figure.plot(wide, "Is it noise? The distribution of those ratios", &axes);
 }
 
-/// A histogram of unit area; what lies beyond the reach counts in the total.
+/// A histogram of unit area; values beyond the reach count in the total.
 fn density(z: &[f64], width: f64) -> Vec<[f64; 2]> {
     let finite: Vec<f64> = z.iter().copied().filter(|z| z.is_finite()).collect();
     let bins = (2.0 * REACH / width) as usize;

@@ -1,4 +1,4 @@
-//! Foliage: leaves that hide one another, each turning about its own stem.
+//! Foliage: leaves that hide one another, each rotating about its own stem.
 
 use flatland::plane::{Film, Filter, Motion, Polygon, Scene, Shade, Shape};
 use flatland::random::{Stream, open01, stream};
@@ -25,8 +25,8 @@ struct Leaf {
 }
 
 impl Foliage {
-    /// The frontmost `count` leaves of an endless plant: those of a smaller plant are the front of a
-    /// larger one, so that more leaves mean more depth, and in the end the same picture.
+    /// The frontmost `count` leaves of an endless plant: a smaller plant is the front of a larger one, so
+    /// that more leaves mean more depth, and in the end the same picture.
     pub(super) fn new(count: usize, seed: u64) -> anyhow::Result<Self> {
         let film = Film::new(SIDE, SIDE, Filter::Tent)?;
         let leaves: Vec<Leaf> = (0..count).rev().map(|i| leaf(&mut stream(seed, &[i as u64]))).collect();

@@ -15,7 +15,7 @@ use study::{Plant, RACERS, Racer, Run};
 
 use super::common::{listed, percent};
 
-/// Draws it.
+/// Draws the figure.
 pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let mut plants = vec![];
     for leaves in sizes(context) {
@@ -40,7 +40,7 @@ fn sizes(context: &Context) -> Vec<usize> {
     (2..=context.spend(14, 16)).step_by(step).map(|power| 1 << power).collect()
 }
 
-/// Every plant with every racer and its run.
+/// Every plant with every method and its run.
 fn races(plants: &[Plant]) -> impl Iterator<Item = (&Plant, &Racer, &Run)> {
     plants
         .iter()
@@ -80,7 +80,7 @@ fn times(plants: &[Plant]) -> Table {
     )
 }
 
-/// The text on plants of growing size, and what it says of them.
+/// The text on plants of growing size.
 fn prose(plants: &[Plant]) -> anyhow::Result<Prose> {
     let (first, last) = (&plants[0], &plants[plants.len() - 1]);
     let ratio = |plant: &Plant, value: fn(&Run) -> f64| number(value(&plant.runs[1]) / value(&plant.runs[0]));
@@ -112,7 +112,7 @@ fn prose(plants: &[Plant]) -> anyhow::Result<Prose> {
     )
 }
 
-/// Where warped area overtakes edge sampling, if it does.
+/// Sizes from which warped area overtakes edge sampling, if any.
 fn ahead(plants: &[Plant], value: fn(&Run) -> f64) -> String {
     match plants.iter().find(|plant| value(&plant.runs[1]) < value(&plant.runs[0])) {
         Some(plant) => format!("warped area is ahead from {} leaves on", plant.leaves),

@@ -1,4 +1,4 @@
-//! The pictures: what is found, and what it costs.
+//! Pictures of the estimates and their cost.
 
 use flatland::plane::exact::Arrangement;
 use glam::DVec2;
@@ -8,7 +8,7 @@ use super::foliage::{Foliage, SIDE};
 use super::study::{Plant, RACERS, Run};
 use crate::plot::*;
 
-/// The title of a panel, the label of its axis, and what is compared.
+/// The title of a panel, the label of its axis, and the quantity compared.
 type Race<'a> = (&'a str, &'a str, fn(&Run) -> f64);
 
 /// Two plants and their cost without a clock: the same for every run of one seed.
@@ -31,7 +31,7 @@ pub(super) fn rays(examples: &[Foliage; 2], plants: &[Plant]) -> anyhow::Result<
     Ok(figure.canvas)
 }
 
-/// The cost by the clock.
+/// The cost in time.
 pub(super) fn time(plants: &[Plant]) -> Canvas {
     let mut figure = Figure::new(960.0, 290.0, "The same by the clock, on one thread");
     let races: [Race<'_>; 2] = [

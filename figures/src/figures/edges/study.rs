@@ -1,4 +1,4 @@
-//! What each method pays as the plant grows.
+//! Cost of each method as the plant grows.
 
 use flatland::estimator::{EdgeSampling, Exact, GradientImage, Method, WarpedArea};
 use flatland::plane::Film;
@@ -13,15 +13,15 @@ use crate::figures::common::seconds;
 use crate::plot::{Color, Marker, Palette, cut};
 use crate::ratio::Ratio;
 
-/// A method in the race.
+/// A method in the comparison.
 pub(super) struct Racer {
     pub(super) name: &'static str,
     pub(super) color: Color,
     pub(super) marker: Marker,
-    /// Samples a pixel to measure the variance in a draft: fewer where one costs more.
+    /// Samples a pixel for the variance in a draft: fewer where one costs more.
     samples: usize,
-    /// Samples a pixel to measure the time. Edge sampling lists the edges of a pixel once for all of
-    /// them, so few would be unfair to it.
+    /// Samples a pixel for the timing. Edge sampling lists the edges of a pixel once for all of them, so few
+    /// would be unfair to it.
     pub(super) timed: usize,
     method: fn(usize, u64) -> Box<dyn Method>,
 }
@@ -68,39 +68,40 @@ impl Racer {
     }
 }
 
-/// What one method paid.
+/// Measured cost of one method.
 pub(super) struct Run {
     /// Mean over pixels and channels of the variance of one sample.
     pub(super) variance: f64,
     pub(super) rays: f64,
     /// Seconds a sample on one thread.
     pub(super) seconds: f64,
-    /// ⟨estimate, exact⟩/⟨exact, exact⟩ over all pixels: 1 without bias. None where no exact derivative was computed.
+    /// ⟨estimate, exact⟩/⟨exact, exact⟩ over all pixels: 1 without bias. `None` where no exact derivative was
+    /// computed.
     pub(super) recovered: Option<Ratio>,
 }
 
 impl Run {
-    /// What a given precision costs in rays.
+    /// Cost of a given precision in rays.
     pub(super) fn rays_cost(&self) -> f64 {
         self.variance * self.rays
     }
 
-    /// What a given precision costs in seconds.
+    /// Cost of a given precision in seconds.
     pub(super) fn time_cost(&self) -> f64 {
         self.variance * self.seconds
     }
 }
 
-/// One plant and what it costs.
+/// One plant and its measurements.
 pub(super) struct Plant {
     pub(super) leaves: usize,
     pub(super) edges: usize,
-    /// Leaves over a point of the film, on average.
+    /// Mean number of leaves over a point of the film.
     pub(super) depth: f64,
     /// Visible part of the edge length on the film: by points on edges, and exactly.
     pub(super) visible: f64,
     pub(super) visible_exact: Option<f64>,
-    /// Part of the edge samples that found their point covered.
+    /// Part of the edge samples whose point was covered.
     pub(super) wasted: f64,
     pub(super) runs: Vec<Run>,
 }
@@ -154,8 +155,8 @@ fn recovered(gradient: &GradientImage, exact: &GradientImage) -> Ratio {
     Ratio { value: gradient.mean.dot(&exact.mean) / size, error: noise.dot(&noise).sqrt() / size }
 }
 
-/// Of the edge samples, those that cost two rays: one for the area, one that found its point covered.
-/// A visible one costs three, a pixel without edges one.
+/// Part of the edge samples that cost two rays: one for the area, and one that found its point covered. A
+/// visible one costs three, a pixel without edges one.
 fn covered_part(plant: &Foliage, gradient: &GradientImage, samples: usize) -> f64 {
     let bare = (0..SIDE * SIDE).filter(|i| !has_edges(plant, i % SIDE, i / SIDE)).count();
     let drawn = ((SIDE * SIDE - bare) * samples) as f64;
@@ -203,7 +204,7 @@ fn visible_part(plant: &Foliage, context: &Context) -> f64 {
     seen.count() as f64 / f64::from(count)
 }
 
-/// Leaves over a point of the film, on average over a grid.
+/// Mean number of leaves over a point of the film, over a grid.
 fn depth(plant: &Foliage) -> f64 {
     let count = 24;
     let layers = |i: usize| {

@@ -1,4 +1,4 @@
-//! Every construction of the warp field on the example, as estimated for a picture and for numbers.
+//! Every construction of the warp field on the example, with estimates for the picture and for measurements.
 
 use flatland::plane::exact::{HarmonicField, OracleField};
 use flatland::plane::fields::{AuxiliaryField, DirectField, FollowedField, JumpField, SceneJumps};
@@ -9,13 +9,13 @@ use rayon::prelude::*;
 
 use super::example::{EXTENT, Example, WIDTH, grid};
 
-/// The reach of the mean over jumps, in kernel widths.
+/// Reach of the mean over discontinuities, in kernel widths.
 pub(super) const REACH: f64 = 3.0;
 
-/// How much each estimate may cost.
+/// Effort per estimate.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Effort {
-    /// Pixels of a picture to a kernel width: of a field known exactly, and of an estimated one.
+    /// Pixels per kernel width in a picture: of an exactly known field, and of an estimated one.
     pub(super) pixels: [usize; 2],
     /// Auxiliary rays a pixel.
     pub(super) rays: usize,
@@ -28,7 +28,7 @@ pub(super) struct Effort {
 /// A warp field with the numbers of estimates to be averaged.
 pub(super) struct Construction<'a> {
     pub(super) name: &'static str,
-    /// What it does, for a legend.
+    /// Description for a legend.
     pub(super) summary: &'static str,
     /// The field of the picture and how many estimates make a pixel.
     picture: (Box<dyn WarpField<Plane> + 'a>, usize),
@@ -58,7 +58,7 @@ pub(super) fn all<'a>(
     };
     let jumps = SceneJumps::new(scene, JumpMean { reach: REACH * WIDTH });
     let followed = FollowedField { scene, velocities, kappa, candidates: 4 };
-    // What needs no mean.
+    // A field that needs no averaging.
     fn one<'a>(
         name: &'static str,
         summary: &'static str,

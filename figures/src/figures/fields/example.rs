@@ -1,14 +1,14 @@
-//! The example scene: a turning pentagon behind a sliding triangle, over a background at rest.
+//! The example scene: a rotating pentagon behind a sliding triangle, over a background at rest.
 
 use flatland::plane::exact::Arrangement;
 use flatland::plane::{Film, Filter, Motion, Polygon, Scene, Shade, Shape};
 use glam::{DVec2, DVec3};
 
-/// The part of the plane that is shown: from the origin to here.
+/// Extent of the shown part of the plane, from the origin.
 pub(super) const EXTENT: DVec2 = DVec2::new(4.0, 3.25);
 /// The kernel's width κ^{−1/2}, also the side of the cells of the rotation method.
 pub(super) const WIDTH: f64 = 0.25;
-/// Centre of the turning pentagon.
+/// Centre of the rotating pentagon.
 const CENTRE: DVec2 = DVec2::new(1.6, 1.62);
 
 /// A scene and the velocity of its vertices.
@@ -41,7 +41,7 @@ impl Example {
         let mut sites = vec![];
         for ([p, q], [left, right]) in arrangement.silhouettes() {
             let along = (q - p).normalize();
-            // The jump lies on the edge of the upper shape: it is the occluder.
+            // The discontinuity lies on the edge of the upper shape: it is the occluder.
             let inward = if left > right { along.perp() } else { -along.perp() };
             let count = ((q - p).length() / spacing).ceil();
             for k in 0..count as u32 {
@@ -61,7 +61,7 @@ pub(super) fn grid() -> [usize; 2] {
     (EXTENT / WIDTH).round().to_array().map(|count| count as usize)
 }
 
-/// Their indices and middles, row by row.
+/// Indices and middles of the cells, row by row.
 pub(super) fn cells() -> impl Iterator<Item = ([usize; 2], DVec2)> {
     let [columns, rows] = grid();
     (0..columns * rows).map(move |i| {
@@ -78,6 +78,6 @@ pub(super) struct Site {
     pub(super) outward: DVec2,
     /// The boundary velocity v.
     pub(super) velocity: DVec2,
-    /// From here to the end of the piece of silhouette that the point stands for.
+    /// Vector from the point to the end of the piece of silhouette that it represents.
     pub(super) half: DVec2,
 }

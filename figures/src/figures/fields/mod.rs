@@ -18,10 +18,10 @@ use example::{Example, WIDTH};
 use picture::{Shown, brief};
 use rules::{OFFSET, Record, SIGMAS, SLACK};
 
-/// Distance between the points of silhouettes that are measured.
+/// Distance between the measured points of silhouettes.
 const SPACING: f64 = 0.08;
 
-/// Draws it.
+/// Draws the figure.
 pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let effort = Effort {
         pixels: context.spend([16, 8], [32, 16]),
@@ -119,7 +119,7 @@ fn silhouettes_table(shown: &Shown<'_>) -> Table {
     )
 }
 
-/// The table of the gallery: what each construction needs and keeps.
+/// The table of the gallery: requirements and properties of each construction.
 fn gallery_table(shown: &Shown<'_>) -> Table {
     Table::of(
         shown.constructions.iter().zip(shown.records),

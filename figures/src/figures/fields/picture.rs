@@ -1,4 +1,4 @@
-//! The picture: the scene, every construction, and the two rules as bars.
+//! Picture of the scene, every construction, and the two rules as bars.
 
 use flatland::plane::exact::Arrangement;
 use glam::DVec2;
@@ -14,17 +14,17 @@ const FOOT: f64 = 35.0;
 const GUTTER: f64 = 20.0;
 const BODY: f64 = 960.0;
 const KEY: f64 = 46.0;
-/// A panel's width: they are three by three.
+/// A panel's width: the layout is three by three.
 const PANEL: f64 = (BODY - 2.0 * GUTTER) / 3.0;
-/// Mismatch, relative to the largest boundary speed, from which on a silhouette is fully coloured.
+/// Mismatch, relative to the largest boundary speed, at which a silhouette is fully coloured.
 const LOUD: f64 = 0.5;
 /// Length of an arrow for the largest boundary speed, in kernel widths.
 const ARROW: f64 = 1.1;
-/// How much longer arrows are in the scene.
+/// Scale factor of the arrows in the scene.
 const SCENE_ARROW: f64 = 1.6;
 const SHAPES: [Color; 2] = [Color::hex(0xe1_e4_e8), Color::hex(0xf7_e3_b8)];
 
-/// Everything the picture shows.
+/// Contents of the picture.
 pub(super) struct Shown<'a> {
     pub(super) example: &'a Example,
     pub(super) arrangement: &'a Arrangement<'a>,

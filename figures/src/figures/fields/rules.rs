@@ -1,4 +1,4 @@
-//! The two rules of a warp field, measured: is it continuous, and does it follow the boundaries?
+//! Measurements of the two rules of a warp field: continuity, and agreement with the boundary velocity.
 
 use flatland::moments::Moments;
 use flatland::random::stream;
@@ -11,10 +11,10 @@ use crate::ratio::Ratio;
 
 /// Half the distance between the two points of a pair, in kernel widths.
 pub(super) const OFFSET: f64 = 1e-5;
-/// Standard errors that a kept rule may be missed by; 5 make a false alarm in a few hundred points rare.
+/// Tolerance on a kept rule in standard errors; 5 make a false alarm in a few hundred points rare.
 pub(super) const SIGMAS: f64 = 5.0;
-/// What a continuous field may change by over a pair, relative to the largest boundary speed: where silhouettes of
-/// different motions come near each other it is steep.
+/// Allowed change of a continuous field over a pair, relative to the largest boundary speed: where
+/// silhouettes of different motions come near each other it is steep.
 pub(super) const SLACK: f64 = 100.0 * OFFSET;
 
 /// Whether a measured number may be zero.
@@ -27,7 +27,7 @@ fn larger(one: Ratio, other: Ratio) -> Ratio {
     if other.value.abs() > one.value.abs() { other } else { one }
 }
 
-/// What was measured on one pair of points, relative to the largest boundary speed.
+/// Measurements on one pair of points, relative to the largest boundary speed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pair {
     /// |V⁺ − V⁻|.
@@ -36,13 +36,13 @@ pub(super) struct Pair {
     pub(super) mismatch: [Ratio; 2],
 }
 
-/// A construction's record.
+/// Measurements of one construction.
 pub(super) struct Record {
-    /// At every site of the silhouettes.
+    /// Pairs at every site of the silhouettes.
     pub(super) silhouettes: Vec<Pair>,
     pub(super) largest_jump: Ratio,
     pub(super) largest_mismatch: Ratio,
-    /// With the standard error of one site's mismatch, in the mean.
+    /// Mean mismatch, with the standard error of one site's.
     pub(super) mean_mismatch: Ratio,
     pub(super) continuous: bool,
     pub(super) consistent: bool,
@@ -70,8 +70,8 @@ impl Record {
     }
 }
 
-/// Pairs away from silhouettes: the middles of the sides of kernel cells, where the rotation method
-/// passes from one kernel to the next.
+/// Pairs away from silhouettes: the middles of the sides of kernel cells, where the rotation method passes
+/// from one kernel to the next.
 fn borders() -> Vec<Site> {
     // Every second cell, as on a chessboard; its right and lower side.
     let black = cells().filter(|(cell, _)| (cell[0] + cell[1]) % 2 == 0);
@@ -84,8 +84,8 @@ fn borders() -> Vec<Site> {
     sides.collect()
 }
 
-/// Compares the field just inside and just outside; both use the same random numbers, which leaves
-/// the mean of their difference as it is and makes its error smaller.
+/// Compares the field just inside and just outside; both use the same random numbers, which leaves the mean
+/// of their difference unchanged and reduces its error.
 fn measure(
     construction: &Construction<'_>,
     site: &Site,
@@ -108,7 +108,7 @@ fn measure(
     Pair { jump, mismatch: [inside, outside] }
 }
 
-/// What is known exactly is measured once.
+/// Exactly known fields are measured once.
 fn measured(moments: Moments, repeats: usize) -> Ratio {
     let error = if repeats > 1 { moments.standard_error() } else { 0.0 };
     Ratio { value: moments.mean(), error }

@@ -10,13 +10,13 @@ use super::crossing::{Moved, Samples, Window};
 use super::scene::Example;
 use crate::plot::*;
 
-/// θ swings by this much to either side.
+/// Amplitude of θ to either side.
 pub(super) const SWING: f64 = 0.12;
-/// What the panels show: the shapes that move.
+/// The region shown in the panels: the shapes that move.
 const WINDOW: Window = Window { low: DVec2::new(11.0, 8.5), side: 30.0 };
 /// Samples along each side of the window.
 const SAMPLES: usize = 28;
-/// Panels, of the constructions in order; the last is only in the diagram below.
+/// Number of panels, one per construction in order; the last construction is only in the diagram below.
 const PANELS: usize = 3;
 
 /// The frames of one swing.

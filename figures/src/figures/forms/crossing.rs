@@ -1,4 +1,4 @@
-//! Samples moved by T(u') = u' + (θ − θ₀) V(u'): which of them change sides?
+//! Samples moved by T(u') = u' + (θ − θ₀) V(u'), and which of them change sides.
 
 use flatland::plane::Scene;
 use flatland::plane::exact::Arrangement;
@@ -11,16 +11,16 @@ use rayon::prelude::*;
 use super::scene::{Example, SIDE};
 use crate::plot::{Color, Palette};
 
-/// The width κ^−½ of the auxiliary kernel here, in pixels. The narrower, the steeper V between shapes
-/// that move differently, and the sooner T folds: this one is as wide as the shapes.
+/// The width κ^−½ of the auxiliary kernel here, in pixels. The narrower, the steeper V between shapes that
+/// move differently, and the sooner T folds: this one is as wide as the shapes.
 pub(super) const KERNEL_WIDTH: f64 = 8.0;
 /// The exponent γ and the scale of B, for a V that follows silhouettes closely.
 const GAMMA: f64 = 2.0;
 const BOUNDARY_SCALE: f64 = 0.6;
-/// Auxiliary rays for each V; many, because here V is a map that is applied and not averaged.
+/// Auxiliary rays for each V; many, because here V is applied as a map and not averaged.
 pub(super) const AUXILIARY_RAYS: usize = 256;
 
-/// A construction of V, and where it takes every sample.
+/// A construction of V, and its value at every sample.
 pub(super) struct Moved {
     pub(super) name: &'static str,
     pub(super) color: Color,
@@ -28,7 +28,7 @@ pub(super) struct Moved {
     pub(super) velocities: Vec<DVec2>,
 }
 
-/// Sample points with what is seen at each, at θ₀.
+/// Sample points with the shape seen at each, at θ₀.
 pub(super) struct Samples {
     pub(super) points: Vec<DVec2>,
     pub(super) seen: Vec<Option<usize>>,
@@ -67,7 +67,7 @@ impl Samples {
         Self { points, seen, moved }
     }
 
-    /// Where the construction takes each sample at θ, and whether it sees another shape there.
+    /// Position of each sample at θ under the construction, and whether it sees another shape there.
     pub(super) fn at(&self, moved: &Moved, displaced: &Scene, theta: f64) -> Vec<(DVec2, bool)> {
         let places = self.points.par_iter().zip(&moved.velocities).zip(&self.seen);
         places
@@ -78,7 +78,7 @@ impl Samples {
             .collect()
     }
 
-    /// How many samples see another shape at θ than at θ₀.
+    /// The number of samples that see another shape at θ than at θ₀.
     pub(super) fn changed(&self, moved: &Moved, displaced: &Scene, theta: f64) -> usize {
         self.at(moved, displaced, theta).iter().filter(|(_, changed)| *changed).count()
     }

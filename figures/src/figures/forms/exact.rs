@@ -1,4 +1,4 @@
-//! The terms of both theorems, without sampling.
+//! Exact terms of both theorems, without sampling.
 
 use flatland::plane::exact::{Arrangement, OracleField};
 use flatland::plane::{Film, Filter, Scene};
@@ -12,12 +12,13 @@ pub(super) const SHOWN: usize = 1;
 /// θ for central differences: small enough for their bias, large enough for rounding.
 pub(super) const STEP: f64 = 1e-5;
 
-/// What is known of one derivative, per pixel, in the channel shown.
+/// Terms of one derivative, per pixel, in the channel shown.
 pub(super) struct Terms {
     pub(super) interior: Vec<f64>,
     pub(super) edge: Vec<f64>,
     pub(super) area: Vec<f64>,
-    /// The flux of f V through the pixel's own edge, if the filter jumps there; it is part of `area`.
+    /// The flux of f V through the pixel's own edge, if the filter is discontinuous there; it is part of
+    /// `area`.
     pub(super) flux: Vec<f64>,
     pub(super) total: Vec<f64>,
 }
@@ -103,7 +104,7 @@ fn side_flux(
         .sum()
 }
 
-/// Where the sides of a triangle cross a segment of unit length, as places in (0, 1) on it.
+/// Crossings of a triangle's sides with a segment of unit length, as positions in (0, 1) on it.
 fn crossings(face: &[DVec2; 3], start: DVec2, along: DVec2) -> impl Iterator<Item = f64> {
     let face = *face;
     (0..3).filter_map(move |k| {

@@ -27,7 +27,7 @@ use crate::prose::Prose;
 /// A construction of V with (θ − θ₀, fraction of samples that see another shape than at θ₀).
 type Crossings<'a> = (&'a Moved, Vec<[f64; 2]>);
 
-/// Everything the figure computes.
+/// Results of the figure.
 struct Results<'a> {
     tent: Terms,
     boxed: Terms,
@@ -41,7 +41,7 @@ struct Results<'a> {
     crossings: Vec<Crossings<'a>>,
 }
 
-/// Draws it.
+/// Draws the figure.
 pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let example = scene::example()?;
     let film = Film::new(SIDE, SIDE, Filter::Tent)?;
@@ -181,8 +181,8 @@ fn agreement(pairs: &[(f64, f64)]) -> (f64, usize) {
     (apart / size, pairs.iter().filter(|(a, b)| a == b).count())
 }
 
-/// The power of θ − θ₀ with which a construction's fraction grows, by least squares on logarithms over
-/// the places where some samples changed.
+/// The power of θ − θ₀ with which a construction's fraction grows, by least squares on logarithms over the
+/// places where some samples changed.
 fn power(results: &Results<'_>, construction: usize) -> String {
     let (_, curve) = &results.crossings[construction];
     let logs: Vec<[f64; 2]> = curve.iter().filter(|p| p[1] > 0.0).map(|p| p.map(f64::ln)).collect();

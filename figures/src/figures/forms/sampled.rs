@@ -1,4 +1,4 @@
-//! The area integral by sampling: is it unbiased, and are its two forms one number?
+//! The area integral by sampling: bias, and equality of its two forms.
 
 use flatland::estimator::{AreaIntegral, Construction, Form, Method, WarpedArea};
 use flatland::plane::Film;
@@ -10,11 +10,11 @@ use super::exact::SHOWN;
 use super::scene::Example;
 use crate::context::Context;
 
-/// Standard errors below this part of the derivative's root mean square get no z-score: nearly all
-/// samples of such a pixel were alike, and the few that were not are too few to tell an error.
+/// Standard errors below this part of the derivative's root mean square get no z-score: nearly all samples of
+/// such a pixel were alike, and the few that were not are too few to estimate an error.
 pub(super) const SETTLED: f64 = 1e-3;
 
-/// An estimate of every pixel, compared with what is exact.
+/// An estimate of every pixel, compared with the exact value.
 pub(super) struct Estimate {
     pub(super) mean: Vec<f64>,
     pub(super) standard_error: Vec<f64>,
@@ -30,7 +30,7 @@ impl Estimate {
         self.z.iter().copied().filter(|z| !z.is_nan()).collect()
     }
 
-    /// 1 if the errors are what the standard errors say.
+    /// Root mean square z-score: 1 if the standard errors are correct.
     pub(super) fn root_mean_square_score(&self) -> f64 {
         root_mean_square(&self.scores())
     }

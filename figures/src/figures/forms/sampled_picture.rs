@@ -4,11 +4,11 @@ use super::Results;
 use super::scene::SIDE;
 use crate::plot::{Axes, Axis, Canvas, Color, Figure, GUTTER, Legend, Marker, Palette, Shading, Style};
 
-/// Histograms of z-scores reach this far; what lies beyond is counted in the last bin.
+/// Range of the histograms of z-scores; values beyond it are counted in the last bin.
 const REACH: f64 = 6.0;
 const BINS: usize = 48;
 
-/// Draws the estimate, its error, and what they say.
+/// Draws the estimate, its error, and their statistics.
 pub(super) fn draw(shown: &Results<'_>) -> Canvas {
     let mut figure = Figure::new(960.0, 500.0, "The area integral by sampling, no edge ever looked for");
     let cells = figure.body.grid([2, 3], [GUTTER; 2]);
@@ -89,7 +89,7 @@ fn crossings(shown: &Results<'_>) -> Axes {
         && let Some([theta, fraction]) = last.last().copied()
     {
         let style = Style::new(Palette::GREY).dotted().width(1.0);
-        // Where nothing is drawn: left of the end of one line, right of that of the other.
+        // Free space for labels: left of the end of one line, right of that of the other.
         for (power, start, words, beside) in [(1, 2.0, "∝ θ", 0.55), (2, 0.1, "∝ θ^{2}", 1.0)] {
             let line = [1.0, 0.1].map(|t: f64| [theta * t, start * fraction * t.powi(power)]);
             axes.line(line, &style);

@@ -1,21 +1,21 @@
-//! The scene of figure 3: one shape turns, one slides, one is still and hides parts of both.
+//! The scene of figure 3: one shape rotates, one slides, one is at rest and hides parts of both.
 
 use flatland::plane::{Attachment, Motion, Polygon, Scene, Shade, Shape};
 use glam::{DMat2, DVec2, DVec3};
 
 /// Pixels along each side of the film.
 pub(super) const SIDE: usize = 48;
-/// The point the pinwheel turns about.
+/// The centre of rotation of the pinwheel.
 const HUB: DVec2 = DVec2::new(30.0, 18.5);
 
-/// The scene and how it depends on θ.
+/// The scene and its motion with θ.
 pub(super) struct Example {
     pub(super) scene: Scene,
     pub(super) motion: Motion,
     pub(super) velocities: Vec<DVec2>,
 }
 
-/// A still board, a kite that slides, a pinwheel that turns, and a still bar in front.
+/// A board at rest, a sliding kite, a rotating pinwheel, and a bar at rest in front.
 pub(super) fn example() -> anyhow::Result<Example> {
     let shapes = vec![
         Shape::new(ring(&[(4.3, 8.4), (42.7, 3.6), (45.1, 39.2), (6.6, 44.3)])?, board()),
@@ -44,19 +44,19 @@ fn pinwheel() -> Vec<DVec2> {
         .collect()
 }
 
-/// Linear, fixed to the image plane.
+/// Linear shade, fixed to the image plane.
 fn board() -> Shade {
     let slopes = [DVec2::new(0.004, 0.002), DVec2::new(0.003, 0.005), DVec2::new(0.001, 0.006)];
     Shade::linear(DVec2::splat(24.0), DVec3::new(0.42, 0.46, 0.50), slopes, Attachment::Image)
 }
 
-/// Linear, carried by the material.
+/// Linear shade, carried by the material.
 fn kite() -> Shade {
     let slopes = [DVec2::new(0.006, 0.0), DVec2::new(0.028, -0.012), DVec2::new(0.010, -0.008)];
     Shade::linear(DVec2::new(19.0, 30.0), DVec3::new(0.06, 0.34, 0.62), slopes, Attachment::Material)
 }
 
-/// Quadratic, carried by the material.
+/// Quadratic shade, carried by the material.
 fn wheel() -> Shade {
     let (red, green, blue) = (0.0016, 0.0030, 0.0006);
     let bowl = |size: f64| DMat2::from_cols(DVec2::new(2.2, 0.8), DVec2::new(0.8, -0.9)) * size;
@@ -65,7 +65,7 @@ fn wheel() -> Shade {
     Shade::quadratic(HUB, DVec3::new(0.82, 0.34, 0.05), gradient, hessian, Attachment::Material)
 }
 
-/// Constant.
+/// Constant shade.
 fn bar() -> Shade {
     Shade::constant(DVec3::new(0.10, 0.12, 0.14))
 }

@@ -14,7 +14,7 @@ const CELL: f64 = 224.0;
 const ROW: f64 = 207.0;
 const HEADING: f64 = 25.0;
 
-/// What the scene panels show.
+/// Contents of the scene panels.
 pub(super) struct Setting<'a> {
     pub(super) example: &'a Example,
     pub(super) arrangement: &'a Arrangement<'a>,
@@ -84,7 +84,7 @@ fn panels(results: &Results<'_>) -> Vec<(String, Content)> {
     ]
 }
 
-/// Where a field's picture of this size would stand, so that all pictures of a row line up.
+/// The space of a field's picture of this size, so that all pictures of a row line up.
 fn picture_space(space: Rect) -> Rect {
     let (_, below) = space.split_top(15.0);
     let side = below.height.min(space.width) - 1.0;

@@ -1,5 +1,5 @@
-//! How far V is from the silhouettes' velocity at the last rays that hit, against the steps a ray may take, and
-//! how steep it is.
+//! Error of V against the silhouettes' velocity at the last rays that hit, by the maximum number of steps of
+//! a ray, and the steepness of V.
 
 use flatland::random::{open01, stream};
 use flatland::sdf::exact::Silhouette;
@@ -31,14 +31,14 @@ pub(super) struct Steepness {
     pub(super) square: Ratio,
 }
 
-/// Bisections of a silhouette: to rounding.
+/// Number of bisections of a silhouette, which suffices for rounding accuracy.
 const BISECTIONS: usize = 48;
 
-/// Σ |V − v|/Σ |v| over the ends of the discs before the black background, with V at the last rays that hit and v the
-/// silhouettes' angular velocities.
+/// Σ |V − v|/Σ |v| over the ends of the discs before the black background, with V at the last rays that hit
+/// and v the silhouettes' angular velocities.
 ///
-/// The field is an exact function of ω. The area integral of ∇·V over an interval of rays that hit is V at its
-/// ends, so that what V gets wrong there is all the bias that such discs of one brightness have.
+/// The field is an exact function of ω. The area integral of ∇·V over an interval of rays that hit is V at
+/// its ends, so that the error of V there is the entire bias for such discs of uniform brightness.
 fn error_of_last_hits(
     world: &World,
     field: &impl TracedField<Directions>,
@@ -91,8 +91,8 @@ pub(super) fn gammas(world: &World, most: usize) -> anyhow::Result<Vec<Setting>>
     GAMMAS.into_iter().map(with).collect()
 }
 
-/// The variance that every γ causes: E (∇·V)² over directions that hit. It diverges logarithmically towards
-/// silhouettes, from inside, so that it depends a little on how many directions there are.
+/// The variance due to each γ: E (∇·V)² over directions that hit. It diverges logarithmically towards
+/// silhouettes, from inside, so that it depends slightly on the number of directions.
 pub(super) fn steepness(world: &World, count: usize, seed: u64) -> Vec<Steepness> {
     let of = |gamma: f64| {
         let field = BangaruField { gamma, ..BangaruField::default() };
@@ -102,7 +102,7 @@ pub(super) fn steepness(world: &World, count: usize, seed: u64) -> Vec<Steepness
     GAMMAS.into_iter().map(of).collect()
 }
 
-/// The mean of (∇·V)² over those of so many directions that hit.
+/// The mean of (∇·V)² over those of `count` directions that hit.
 fn mean_square(world: &World, field: &BangaruField, count: usize, seed: u64) -> f64 {
     let view = world.scene.view();
     let mut rng = stream(seed, &[]);

@@ -1,4 +1,4 @@
-//! Figure 9: implicit shapes: fields from the points of sphere tracing, and what decides their error.
+//! Figure 9: implicit shapes: fields from the points of sphere tracing, and the causes of their error.
 
 mod ablation;
 mod page;

@@ -9,10 +9,10 @@ use super::ablation::Setting;
 use super::world::{Curve, REACH, World};
 use crate::plot::*;
 
-/// How far from a silhouette rays are drawn beside it, in radians.
+/// Angular distance from a silhouette of the rays drawn beside it, in radians.
 const BESIDE: f64 = 0.012;
 
-/// Everything measured.
+/// Measurements to be drawn.
 pub(super) struct Shown<'a> {
     pub(super) world: &'a World,
     pub(super) silhouettes: &'a [Silhouette],
@@ -80,7 +80,7 @@ fn draw_ray(canvas: &mut Canvas, world: &World, view: &View, angle: f64) {
     canvas.line(view.at(DVec2::ZERO), view.at(end * omega), &Pen::new(Color::SPINE, 0.8));
     let mut drawn: Vec<(f64, DVec2)> =
         trace.points.iter().skip(1).zip(weights).map(|(p, w)| (w / largest, p.position)).collect();
-    // The heaviest on top.
+    // The heaviest are drawn on top.
     drawn.sort_by(|a, b| a.0.total_cmp(&b.0));
     for (relative, position) in drawn.into_iter().filter(|(_, p)| p.x < 4.9) {
         canvas.disc(view.at(position), 2.2 + 2.3 * shade(relative), colors.color(shade(relative)));

@@ -1,4 +1,4 @@
-//! The flat world of the figure, and what every field says of it.
+//! The flat world of the figure, and every field on it.
 
 use std::f64::consts::FRAC_PI_6;
 
@@ -13,7 +13,8 @@ use flatland::sdf::{Scene, Sdf, Shading, Tracer};
 use flatland::warp::{Circle as Directions, Debias, LinearField as _, Warp, WarpField};
 use glam::DVec2;
 
-/// Brighter the farther away: where one disc covers the other, the image jumps too.
+/// Shading that is brighter the farther away: where one disc covers the other, the image is discontinuous
+/// too.
 const SHADING: Shading = Shading { base: 0.5, position: DVec2::new(0.2, 0.0), normal: DVec2::ZERO };
 
 /// Auxiliary rays of the field that needs them.
@@ -44,8 +45,8 @@ impl World {
         Ok(Self { scene, direction, discs })
     }
 
-    /// Where the picture jumps, by increasing angle: at the discs before the black background, and where one of them
-    /// covers the other.
+    /// Discontinuities of the picture, by increasing angle: at the discs before the black background, and
+    /// where one of them covers the other.
     pub(super) fn silhouettes(&self) -> anyhow::Result<Vec<Silhouette>> {
         let exact = Exact::new(&self.scene)?;
         let mut found = exact.silhouettes(&self.direction)?;
@@ -68,7 +69,7 @@ pub(super) struct Curve {
     pub(super) values: Vec<[f64; 2]>,
 }
 
-/// Every field at equally spaced angles; the one made of auxiliary rays as the mean over `repeats`.
+/// Every field at equally spaced angles; the one from auxiliary rays as the mean over `repeats`.
 pub(super) fn curves(world: &World, count: usize, repeats: usize, seed: u64) -> anyhow::Result<Vec<Curve>> {
     let exact = Exact::new(&world.scene).context("two discs have a closed form")?;
     let harmonic = HarmonicField::new(&exact, &world.direction)?;
@@ -102,7 +103,8 @@ pub(super) fn curves(world: &World, count: usize, repeats: usize, seed: u64) -> 
     ])
 }
 
-/// What points that lie too far apart do to the fields of a ray's own points, with full steps and with shorter ones.
+/// Effect of coarsely spaced points on the fields of a ray's own points, with full steps and with shorter
+/// ones.
 pub(super) struct Coarseness {
     /// The shorter steps' length, relative to full ones.
     pub(super) scale: f64,
