@@ -24,14 +24,14 @@ mod views;
 use crate::context::Context;
 use crate::gallery::Section;
 
-/// What the gallery opens with, in Markdown.
+/// Introduction of the gallery, in Markdown.
 pub(crate) const INTRODUCTION: &str = include_str!("introduction.md");
 
 /// A figure.
 pub(crate) struct Figure {
-    /// What the command line calls it.
+    /// The figure's name on the command line.
     pub(crate) name: &'static str,
-    /// What it shows.
+    /// A short description.
     pub(crate) about: &'static str,
     /// Measures, writes its files and explains it.
     pub(crate) draw: fn(&Context) -> anyhow::Result<Section>,

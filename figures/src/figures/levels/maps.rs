@@ -1,4 +1,4 @@
-//! Fields over a film, beside what they stand for.
+//! Fields over a film, beside the difference images that they should reproduce.
 
 use anyhow::Result;
 use flatland::random::stream;
@@ -11,20 +11,20 @@ use super::outputs::HALF;
 use super::shapes::Subject;
 use super::study::{Method, tracer, vicini};
 
-/// How far the shape moves to each side for the difference of two pictures.
+/// Displacement of the shape to each side for the difference of two pictures.
 const STEP: f64 = 0.01;
 /// Rays a pixel along each axis.
 const RAYS: usize = 4;
-/// Estimates that the field of auxiliary rays is the mean of.
+/// Number of estimates averaged for the field of auxiliary rays.
 const REPEATS: u64 = 32;
-/// Where light comes from.
+/// Direction of the light.
 const LIGHT: DVec3 = DVec3::new(-0.5, -0.6, -0.62);
 
 /// Square pictures, row by row.
 pub(super) struct Maps {
     pub(super) side: usize,
     pub(super) picture: Vec<f64>,
-    /// The difference of pictures of a white shape by what it moves.
+    /// The difference of pictures of a white shape over its displacement.
     pub(super) difference: Vec<f64>,
     /// V to the right, of each field.
     pub(super) fields: Vec<(&'static str, Vec<f64>)>,

@@ -46,7 +46,7 @@ struct Series {
     points: Vec<(usize, Ratio)>,
 }
 
-/// All that is shown.
+/// Measurements of the figure.
 struct Measured {
     maps: Maps,
     scans: Vec<Scan>,
@@ -149,7 +149,7 @@ fn rows(context: &Context) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// How many samples tell a bias of 1 % by four standard errors, from samples that are used for nothing else.
+/// Number of samples that resolves a bias of 1 % at four standard errors, from separate pilot samples.
 fn needed(context: &Context, target: &Target<'_>, method: Method, index: u64) -> usize {
     let (pilot, error) = context.spend((400, f64::INFINITY), (4_000_000, 0.0020));
     let seed = seed_of(context.seed(), &[18, 3, index]);

@@ -1,4 +1,4 @@
-//! What is integrated over directions: pixels of a film, or the irradiance of a receiver.
+//! Integrals over directions: pixels of a film, or the irradiance of a receiver.
 
 use std::f64::consts::{PI, TAU};
 
@@ -10,12 +10,12 @@ use volume3d::Sphere;
 const SIDE: usize = 4;
 /// Half the film's width at the distance 1.
 pub(super) const HALF: f64 = 0.6;
-/// How far a pixel's filter reaches.
+/// Radius of a pixel's filter.
 const REACH: f64 = 0.25;
-/// Which way the receiver faces.
+/// The receiver's normal.
 const FACING: DVec3 = DVec3::new(0.2, 0.1, 1.0);
 
-/// Integrals ∫ h L dω with weights h that vanish continuously where they end.
+/// Integrals ∫ h L dω with weights h that vanish continuously at the ends of their support.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Outputs {
     /// Smooth filters over a film at z = 1.

@@ -1,4 +1,4 @@
-//! A field along a scan of directions, and where it jumps away from silhouettes.
+//! A field along a scan of directions, and its discontinuities away from silhouettes.
 
 use flatland::random::stream;
 use flatland::sdf::Tracer;
@@ -10,10 +10,10 @@ use super::study::{Method, tracer, vicini};
 
 /// The angles of a scan, to both sides of the axis.
 const REACH: f64 = 0.55;
-/// Changes between neighbours that a field without jumps does not exceed, and what bisection leaves of them.
+/// Bounds on the change between neighbours of a continuous field, and on what bisection leaves of it.
 const SUSPECT: f64 = 1e-3;
 const JUMP: f64 = 1e-7;
-/// Points that a field keeps of all that a ray has.
+/// Number of points that a field keeps of a ray's points.
 const KEPT: usize = 14;
 
 /// V along a scan.
@@ -21,14 +21,14 @@ pub(super) struct Scan {
     pub(super) name: String,
     /// The angle in degrees, and V along the scan in radians per unit of time.
     pub(super) values: Vec<[f64; 2]>,
-    /// How far it jumps, wherever it does while what the ray sees does not.
+    /// Sizes of the discontinuities where what the ray sees is continuous.
     pub(super) jumps: Vec<f64>,
 }
 
 /// The scan of the default field with the default tracer.
 pub(super) const DEFAULT: &str = "Vicini et al., default tolerance";
 
-/// A direction's field, whether its ray hits, and how many points that has.
+/// A direction's field, whether its ray hits, and the number of its points.
 #[derive(Clone, Copy)]
 struct Seen {
     value: DVec3,
@@ -51,7 +51,7 @@ pub(super) fn scans(smooth: &Subject, plain: &Subject, count: u32) -> Vec<Scan> 
     ]
 }
 
-/// Traces that end where the surface is, as nearly as numbers tell.
+/// A tracer accurate almost to rounding.
 fn fine() -> Tracer {
     Tracer { tolerance: 1e-10, max_steps: 20_000, ..tracer() }
 }
@@ -82,7 +82,7 @@ fn change(a: Seen, b: Seen) -> f64 {
     (b.value - a.value).length()
 }
 
-/// What is left of a change after bisection, if it is none of what the ray sees.
+/// The change that remains after bisection, unless what the ray sees changes.
 fn jump([mut low, mut high]: [(f64, Seen); 2], at: impl Fn(f64) -> Seen) -> Option<f64> {
     for _ in 0..40 {
         let middle = 0.5 * (low.0 + high.0);

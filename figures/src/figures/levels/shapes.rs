@@ -10,13 +10,13 @@ use rayon::prelude::*;
 use volume3d::sdf::analytic::RoundedBox;
 use volume3d::sdf::{Grid, Interpolation};
 
-/// What exact outlines are traced with: of what is no distance, rays beside an outline need many points.
+/// Tracer of exact outlines: for functions that are no distance, rays beside an outline need many points.
 const EXACT: Tracer = Tracer { step_scale: 1.0, tolerance: 1e-7, max_steps: 6000, far: FAR };
 
-/// Where a ray has left the scene.
+/// Distance at which a ray has left the scene.
 pub(super) const FAR: f64 = 10.0;
 
-/// How far a shape moves to each side for central differences.
+/// Displacement in time to each side for central differences.
 const STEP: f64 = 1e-4;
 
 /// Bisections of an outline, whose differences are taken, and of the last ray that hits, from the largest angle that a shape may have from its axis.
@@ -37,15 +37,15 @@ const GROWTH: f64 = 0.2;
 /// Any shape.
 type Shape = Box<dyn Sdf<DVec3>>;
 
-/// A shape that moves, whose outline is a star around an axis.
+/// A moving shape whose outline is star-shaped about an axis.
 pub(super) struct Subject {
     pub(super) name: String,
-    /// Whether theory gives the default fields no bias there.
+    /// Whether the default fields are unbiased there in theory.
     pub(super) is_smooth: bool,
     pub(super) sdf: Shape,
     pub(super) direction: Vec<f64>,
     axis: DVec3,
-    /// The shape a time later.
+    /// The shape at a later time.
     later: Box<dyn Fn(f64) -> Result<Shape> + Sync>,
 }
 
@@ -78,12 +78,12 @@ impl Subject {
         })
     }
 
-    /// The shape a time earlier and as much later.
+    /// The shape at a time earlier, and at as much later.
     pub(super) fn around(&self, time: f64) -> Result<[Shape; 2]> {
         Ok([(self.later)(-time)?, (self.later)(time)?])
     }
 
-    /// A ball of which all is known.
+    /// A ball with known outline and motion.
     pub(super) fn ball() -> Result<Self> {
         let direction = VELOCITY.to_array().into_iter().chain([GROWTH]).collect();
         Self::new("ball", true, Ball::new(CENTRE, RADIUS)?, direction, CENTRE)
@@ -120,7 +120,7 @@ impl Subject {
         Self::new(name, is_smooth, grid, direction, CENTRE)
     }
 
-    /// All that the table compares.
+    /// All shapes of the table.
     pub(super) fn all() -> Result<Vec<Self>> {
         Ok(vec![
             Self::ball()?,
@@ -133,7 +133,7 @@ impl Subject {
         ])
     }
 
-    /// The outline in so many arcs, by bisection of the shapes before and after.
+    /// The outline as `arcs` arcs, by bisection of the shapes before and after.
     pub(super) fn outline(&self, arcs: u32) -> Result<Vec<Arc>> {
         let [before, after] = self.around(STEP)?;
         let (s, t) = self.axis.any_orthonormal_pair();
@@ -149,7 +149,8 @@ impl Subject {
         Ok((0..arcs).into_par_iter().map(arc).collect())
     }
 
-    /// The last directions that hit by a tracer, around the axis, and the outward direction there for an outline that is a circle.
+    /// The last directions that hit for a tracer, around the axis, and the outward direction there for an
+    /// outline that is a circle.
     pub(super) fn last_hits(&self, tracer: Tracer, count: u32) -> Vec<(DVec3, DVec3, f64)> {
         let (s, t) = self.axis.any_orthonormal_pair();
         let hit = |k: u32| {

@@ -1,4 +1,4 @@
-//! What every field finds of a derivative that is known.
+//! Estimates of every field for a known derivative.
 
 use std::time::Instant;
 
@@ -25,7 +25,7 @@ const RUNS: usize = 3;
 /// Samples that one thread draws in a row.
 const BLOCK: usize = 1 << 12;
 
-/// How the boundary's part of a derivative is found.
+/// Method for the boundary's part of a derivative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Method {
     Vicini(ViciniField),
@@ -58,7 +58,7 @@ impl Method {
         }
     }
 
-    /// Its share of samples: the two that are biased for other reasons than tolerance need fewer.
+    /// The method's share of samples: the two that are biased for other reasons than tolerance need fewer.
     fn effort(self) -> f64 {
         match self {
             Self::Vicini(_) | Self::Bangaru(_) => 1.0,
@@ -67,7 +67,7 @@ impl Method {
         }
     }
 
-    /// (V, ∇·V) in a direction; none for the band.
+    /// (V, ∇·V) in a direction; `None` for the band.
     pub(super) fn field(
         self,
         subject: &Subject,
@@ -92,21 +92,21 @@ impl Method {
     }
 }
 
-/// A shape, what is integrated, and the exact derivatives of a white shape before black.
+/// A shape, its integrals, and the exact derivatives of a white shape before black.
 pub(super) struct Target<'a> {
     pub(super) subject: &'a Subject,
     pub(super) outputs: Outputs,
     exact: Vec<f64>,
 }
 
-/// What a method finds in relation to what there is.
+/// Regression of a method on the exact derivative.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Found {
     /// The slope of the regression on the exact derivative: 1 without bias.
     pub(super) slope: Ratio,
-    /// The standard deviation of one sample of it.
+    /// The standard deviation of one sample of the slope.
     pub(super) deviation: f64,
-    /// Nanoseconds a sample takes one thread, with its ray.
+    /// Nanoseconds per sample on one thread, with its ray.
     pub(super) nanoseconds: f64,
     /// The part of rays that ran out of steps.
     pub(super) lost: f64,
@@ -146,7 +146,7 @@ impl<'a> Target<'a> {
         (h / self.norm(), turn / self.norm())
     }
 
-    /// Measures a method with about so many samples.
+    /// Measures a method with about `samples` samples.
     pub(super) fn measure(&self, method: Method, tracer: Tracer, samples: usize, seed: u64) -> Found {
         let blocks = ((samples as f64 * method.effort()) as usize).div_ceil(BLOCK);
         let parts: Vec<Sums> =
@@ -182,7 +182,7 @@ impl<'a> Target<'a> {
         sums
     }
 
-    /// A sample whose mean is 1. Nothing changes but the outline: L is 1 on the shape and 0 beside it.
+    /// A sample whose mean is 1. Only the outline changes: L is 1 on the shape and 0 beside it.
     fn sample(&self, method: Method, tracer: Tracer, dice: &mut Stream) -> (f64, End) {
         let (omega, area) = self.outputs.draw([open01(dice), open01(dice)]);
         let subject = self.subject;

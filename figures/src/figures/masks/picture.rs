@@ -10,7 +10,7 @@ const SIDE: f64 = 128.0;
 const GAP: f64 = 16.0;
 const PLOT: f64 = 250.0;
 
-/// The target and what is found by each, and below how far away it is.
+/// The target and the result of each fit, with its distance below.
 pub(super) fn draw(study: &Study) -> Canvas {
     let shown = [
         Arm::WarpedArea,

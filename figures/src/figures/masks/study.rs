@@ -1,4 +1,4 @@
-//! Fits with masks that are good, spoilt, or none.
+//! Fits with good masks, corrupted masks, or none.
 
 use volume3d::optimize::Loss;
 use volume3d::optimize::mask::{Neighbourhood, dilated, eroded, with_holes};
@@ -8,10 +8,10 @@ use crate::context::Context;
 use crate::space::reconstruction::{Effort, Made, Reconstruction, Setup, Spoil, Supervision};
 use crate::space::studio::{Light, Subject};
 
-/// The part of the object that holes take, and their side in parts of the film's.
+/// The part of the object that holes take, and their side as a part of the film's.
 pub(super) const HOLES: (f64, usize) = (0.05, 16);
 
-/// What masks are called, by how many pixels they are too large or small, or otherwise, and how they become so.
+/// Names of masks with their flaws (an offset in pixels, or another), and the functions that produce them.
 pub(super) const MASKS: [(Flaw, Spoil); 9] = [
     (Flaw::Pixels(0), |mask, _, _| Ok(mask.to_vec())),
     (Flaw::Pixels(-4), |mask, size, _| Ok(eroded(mask, size, 4, Neighbourhood::Eight)?)),
@@ -24,23 +24,23 @@ pub(super) const MASKS: [(Flaw, Spoil); 9] = [
     (Flaw::All, |mask, _, _| Ok(vec![true; mask.len()])),
 ];
 
-/// What is wrong with masks.
+/// Flaw of a mask.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Flaw {
-    /// They reach so many pixels farther than the object, or less far.
+    /// The mask extends this many pixels farther than the object; fewer if negative.
     Pixels(i32),
-    /// Parts of the object are missing in them.
+    /// Parts of the object are missing.
     Holes,
-    /// All pixels are the object's.
+    /// All pixels belong to the object.
     All,
 }
 
-/// How a fit is supervised, by its place among the arms.
+/// Supervision of a fit, by its place among the arms.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Arm {
     WarpedArea,
     Masks(Flaw),
-    /// Exact masks and as much time as warped area takes.
+    /// Exact masks, with as much time as warped area takes.
     Longer,
     /// Without silhouettes and without masks.
     Nothing,
@@ -61,18 +61,18 @@ impl Arm {
     }
 }
 
-/// A fit, and by what it was found.
+/// A fit with its supervision.
 pub(super) struct Entry {
     pub(super) arm: Arm,
     pub(super) rate: f64,
     pub(super) fit: Reconstruction,
 }
 
-/// What is measured.
+/// Measurements of the figure.
 pub(super) struct Study {
     pub(super) effort: Effort,
     pub(super) architecture: Architecture,
-    /// Rates that both sides are searched over.
+    /// Rates searched for both arms.
     pub(super) rates: &'static [f64],
     /// All fits: first the search, in the order of rates.
     pub(super) entries: Vec<Entry>,
@@ -138,13 +138,13 @@ impl Study {
         self.entries.iter().filter(move |entry| entry.arm == arm && entry.rate == best)
     }
 
-    /// That of the first seed.
+    /// The fit of the first seed.
     pub(super) fn first(&self, arm: Arm) -> Option<&Entry> {
         self.of(arm).next()
     }
 }
 
-/// What is searched over rates.
+/// Arms whose rate is searched.
 pub(super) const SEARCHED: [Arm; 2] = [Arm::WarpedArea, Arm::Masks(Flaw::Pixels(0))];
 
 fn effort(context: &Context) -> Effort {

@@ -31,7 +31,7 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     prose.section("mesh", data, table)
 }
 
-/// A slope with a larger standard error says nothing.
+/// Standard error of a slope above which it is not reported.
 const TOO_NOISY: f64 = 0.1;
 
 /// The text on the gradient image and its terms.
@@ -66,7 +66,7 @@ fn prose(study: &Study) -> anyhow::Result<Prose> {
     )
 }
 
-/// A slope; its value only where it says something.
+/// A slope, with its value only if the error is small enough.
 fn slope(slope: Ratio) -> String {
     match slope.error {
         _ if !slope.value.is_finite() => "not defined".to_owned(),

@@ -12,7 +12,7 @@ const SIDE: f64 = 200.0;
 const GAP: f64 = 12.0;
 /// Room on the right for a colour bar and its label.
 const BAR: f64 = 66.0;
-/// The part of pixels whose magnitudes the colours reach: the brightest silhouettes are beyond.
+/// Part of the pixels whose magnitudes the colours cover: the brightest silhouettes are beyond.
 const COVERED: f64 = 0.985;
 
 const TITLE: &str = "A bunny that turns: the image, its derivative, and the terms of it";
@@ -58,7 +58,7 @@ fn bar(figure: &mut Figure, beside: Rect, shading: &Shading, label: &str) {
     figure.canvas.color_bar(at, shading, label);
 }
 
-/// An arrow along the turn, above the floor in front of the bunny.
+/// An arrow along the rotation, above the floor in front of the bunny.
 fn turn(figure: &mut Figure, study: &Study, place: Rect) {
     let at = |angle: f64| {
         let around = DVec3::new(angle.sin(), 0.0, angle.cos());

@@ -1,4 +1,4 @@
-//! A bunny in the corner of a room, under a small lamp, and how it turns.
+//! A bunny in the corner of a room, under a small lamp, and its rotation.
 
 use std::f64::consts::FRAC_PI_2;
 use std::path::Path;
@@ -10,7 +10,7 @@ use volume3d::gradient::Tangent;
 use volume3d::io::read_obj;
 use volume3d::scene::{Camera, Description, Film, Filter, Integrator, Material, Scene};
 
-/// The Stanford bunny; its origin stands in figures/assets/CREDITS.md.
+/// The Stanford bunny; see figures/assets/CREDITS.md for its origin.
 const BUNNY: &[u8] = include_bytes!("../../../assets/bunny.obj");
 /// Its height in the room, in scene units.
 const HEIGHT: f64 = 1.0;
@@ -21,12 +21,12 @@ const DEPTH: usize = 4;
 /// Segments of paths that carry direct light only.
 const DIRECT: usize = 2;
 
-/// How far light is followed.
+/// The light transport included.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Light {
     /// From the lamp to a surface and into the camera.
     Direct,
-    /// And by way of other surfaces.
+    /// Direct light and light by way of other surfaces.
     All,
 }
 
@@ -69,7 +69,7 @@ fn wall(at: DVec3, normal: DVec3) -> Mesh {
     Mesh::rectangle().transformed(&DAffine3::from_scale_rotation_translation(DVec3::splat(HALF), turn, at))
 }
 
-/// The bunny upright on the floor, in facets: nothing but its edges jumps.
+/// The bunny upright on the floor, with flat faces: only its edges are discontinuities.
 pub(in crate::figures) fn standing_bunny() -> anyhow::Result<Mesh> {
     let mesh = read_obj(BUNNY, Path::new("figures/assets/bunny.obj"))?.with_normals(Normals::Face)?;
     let low = mesh.positions().iter().copied().reduce(DVec3::min).context("the bunny has no vertices")?;

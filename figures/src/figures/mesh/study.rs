@@ -14,25 +14,25 @@ use crate::ratio::Ratio;
 use crate::seeds::seed_of;
 use crate::space::{Compared, Reference};
 
-/// Independent runs of each method: their spread is the error of everything that is said about it.
+/// Independent runs of each method: their spread is the error of all reported numbers.
 pub(super) const RUNS: u64 = 4;
 
-/// The step of finite differences in pixels, and the distance from the axis at which it is that much. A quarter of a
-/// pixel blurs edges by as much and so makes the gradient 5 % too small.
+/// The step of finite differences in pixels, and the distance from the axis at which it is that large. A
+/// quarter of a pixel blurs edges by as much and so makes the gradient 5 % too small.
 pub(super) const STEP: f64 = 0.08;
 const RADIUS: f64 = 0.5;
 
-/// What a gradient image is the sum of.
+/// Term of a gradient image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Part {
     Whole,
-    /// What changes while all jumps stand still.
+    /// The change at fixed discontinuities.
     Interior,
     /// Silhouettes, seen by the camera.
     Primary,
-    /// Jumps seen from shading points, in light that comes straight from the lamp: shadows.
+    /// Discontinuities seen from shading points, in light that comes straight from the lamp: shadows.
     Shadow,
-    /// The rest of the secondary term: jumps in light that other surfaces scatter.
+    /// The rest of the secondary term: discontinuities in light that other surfaces scatter.
     Indirect,
 }
 
@@ -40,7 +40,7 @@ impl Part {
     pub(super) const ALL: [Self; 5] =
         [Self::Whole, Self::Interior, Self::Primary, Self::Shadow, Self::Indirect];
 
-    /// On pages, and in names of files.
+    /// The name on pages, and the name in files.
     pub(super) fn names(self) -> [&'static str; 2] {
         match self {
             Self::Whole => ["whole gradient", "whole"],
@@ -52,7 +52,7 @@ impl Part {
     }
 }
 
-/// The runs of one method: one image for every part, if it tells terms apart, and run.
+/// The runs of one method: one image for every part, if it separates terms, and run.
 pub(super) struct Parts {
     pub(super) samples: usize,
     pub(super) seconds: f64,
@@ -96,8 +96,8 @@ impl Study {
     }
 }
 
-/// All runs of a method, with all light and with direct light only. Each method has random numbers of its own, or the
-/// noise that they share would pass for agreement.
+/// All runs of a method, with all light and with direct light only. Each method has its own random numbers;
+/// otherwise shared noise would pass for agreement.
 fn apart(
     context: &Context,
     (name, stream): (&str, u64),
@@ -150,8 +150,8 @@ impl Parts {
         Reference::of_runs(self.parts[part as usize].clone())
     }
 
-    /// How the mean of all runs of a part agrees with another method's, whose own noise is taken out: the slope, 1 if
-    /// both are right, and the mean squared error over the other's mean square.
+    /// Agreement of the mean of all runs of a part with another method's, whose own noise is removed: the
+    /// slope, 1 if both are right, and the mean squared error over the other's mean square.
     pub(super) fn agreement(&self, part: Part, other: &Self) -> (Ratio, f64) {
         let (runs, reference) = (&self.parts[part as usize], other.reference(part));
         let compared = Compared::new(runs, &reference);

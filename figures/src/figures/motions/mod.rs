@@ -1,4 +1,4 @@
-//! Figure 12: variance and bias of every method on cylinders and foliage that rotate.
+//! Figure 12: variance and bias of every method on rotating cylinders and foliage.
 
 mod picture;
 mod scene;
@@ -49,7 +49,7 @@ fn prose([cylinders, foliage]: &[Study; 2]) -> anyhow::Result<Prose> {
     )
 }
 
-/// Which methods are biased on a scene, which are not, and of which this run cannot tell.
+/// The methods that are biased on a scene, those that are not, and those that this run cannot decide.
 fn biases(study: &Study) -> String {
     let (biased, rest): (Vec<&Entry>, Vec<&Entry>) = study.entries.iter().partition(|e| e.is_biased());
     let (vague, sound): (Vec<&Entry>, Vec<&Entry>) = rest.into_iter().partition(|e| e.is_vague());
@@ -71,7 +71,7 @@ fn costs(study: &Study) -> (&'static str, String) {
     (order[0].method.name, listed(order[1..].iter().map(factor)))
 }
 
-/// Every number.
+/// All numbers.
 fn table(studies: &[Study]) -> Table {
     Table::of(
         studies.iter().flat_map(|study| study.entries.iter().map(move |entry| (study, entry))),

@@ -1,4 +1,4 @@
-//! The picture: each scene, its gradient image, the error of every method, and what is wrong and what it costs.
+//! Picture of each scene, its gradient image, the error of every method, and the biases and costs.
 
 use glam::DVec3;
 
@@ -16,7 +16,7 @@ const BAR: f64 = 62.0;
 const PLOTS: f64 = 330.0;
 /// Room for the names of methods beside a plot.
 const NAMES: f64 = 168.0;
-/// The part of pixels whose magnitudes the colours reach.
+/// Part of the pixels whose magnitudes the colours cover.
 const COVERED: f64 = 0.985;
 
 /// All scenes, one below the other.
@@ -60,7 +60,7 @@ fn draw_pictures(figure: &mut Figure, study: &Study, cells: &[Rect]) {
     figure.canvas.color_bar(bar, &shading, "1/rad");
 }
 
-/// An arrow along the turn, on the floor in front.
+/// An arrow along the rotation, on the floor in front.
 fn turn(canvas: &mut Canvas, study: &Study, film: Rect) {
     let at = |angle: f64| {
         let around = 1.25 * DVec3::new(angle.sin(), 0.0, angle.cos());

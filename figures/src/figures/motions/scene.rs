@@ -1,4 +1,4 @@
-//! Cylinders and foliage that rotate about a vertical axis, under an area light.
+//! Cylinders and foliage rotating about a vertical axis, under an area light.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -8,17 +8,17 @@ use volume3d::geometry::Mesh;
 use volume3d::gradient::Tangent;
 use volume3d::scene::{Camera, Description, Film, Filter, Integrator, Material, Scene};
 
-/// How many cylinders, of how many sides, radius and height.
+/// Number of cylinders, with their number of sides, radius and height.
 const CYLINDERS: u64 = 20;
 const SIDES: u32 = 48;
 const RADII: [f64; 2] = [0.03, 0.06];
 const HEIGHTS: [f64; 2] = [0.5, 1.2];
-/// How high above the floor they begin.
+/// Height of their lower ends above the floor.
 const FEET: [f64; 2] = [0.15, 0.4];
-/// The leaves, and their length.
+/// The number of leaves, and their length.
 const LEAVES: u64 = 200;
 const LENGTHS: [f64; 2] = [0.28, 0.46];
-/// How far from the axis their middles lie at most.
+/// Maximum distance of their middles from the axis.
 const SPREAD: f64 = 1.0;
 
 /// A scene and the rotation that is its parameter.
@@ -26,7 +26,7 @@ pub(in crate::figures) struct Setting {
     pub(super) name: &'static str,
     pub(in crate::figures) scene: Scene,
     pub(super) change: Tangent,
-    /// Radians by which what is a unit away from the axis moves one pixel.
+    /// Angle in radians by which a point at unit distance from the axis moves one pixel.
     pub(super) pixel: f64,
 }
 
@@ -97,7 +97,7 @@ impl Setting {
     }
 }
 
-/// Random numbers of one object: it is the same whatever others there are.
+/// Random numbers of one object, which do not depend on the other objects.
 struct Dice(Stream);
 
 impl Dice {
@@ -113,7 +113,7 @@ impl Dice {
     }
 }
 
-/// Triangles as they come; [`Mesh::new`] joins their corners.
+/// Unindexed triangles; [`Mesh::new`] joins their corners.
 #[derive(Default)]
 struct Soup {
     positions: Vec<DVec3>,

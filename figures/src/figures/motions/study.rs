@@ -1,4 +1,4 @@
-//! What every method makes of a rotation, against edge sampling with many samples.
+//! Every method on a rotation, against edge sampling with many samples.
 
 use glam::DVec3;
 use volume3d::gradient::render;
@@ -12,7 +12,7 @@ use crate::space::{Clock, Compared, METHODS, Method, Reference, Task};
 /// The method whose many samples are the reference: it is unbiased, and its samples have light tails.
 const REFERENCE: &str = "edge-sampling";
 pub(super) const REFERENCE_RUNS: u64 = 4;
-/// The step of finite differences in pixels, for what is a unit away from the axis.
+/// The step of finite differences in pixels, for a point at unit distance from the axis.
 const STEP: f64 = 0.08;
 
 /// One scene by every method.
@@ -28,7 +28,7 @@ pub(super) struct Entry {
     pub(super) method: &'static Method,
     pub(super) samples: usize,
     pub(super) runs: u64,
-    /// Of one run.
+    /// Seconds of one run.
     pub(super) seconds: f64,
     pub(super) compared: Compared,
     /// Mean minus reference.
@@ -37,7 +37,7 @@ pub(super) struct Entry {
 }
 
 impl Entry {
-    /// Relative variance × processor seconds: what a given precision costs.
+    /// Relative variance × processor seconds: the cost of a given precision.
     pub(super) fn cost(&self) -> f64 {
         self.compared.variance.value * self.seconds
     }
@@ -60,10 +60,11 @@ impl Entry {
     }
 }
 
-/// Standard errors from which on a difference is called one. With few runs the standard error itself is uncertain.
+/// Number of standard errors from which a difference counts as significant. With few runs the standard error
+/// itself is uncertain.
 pub(super) const SURE: f64 = 4.0;
 
-/// Slopes are not believed to be better known than this: the reference has noise, finite differences have a step.
+/// Lower bound on the error of slopes: the reference has noise, finite differences have a step.
 const LEAST: f64 = 2.5e-3;
 
 impl Study {

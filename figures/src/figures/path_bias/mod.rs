@@ -77,7 +77,7 @@ fn prose(studies: &[Study; 2]) -> anyhow::Result<Prose> {
     )
 }
 
-/// The scheme with the most of something.
+/// The scheme with the largest value of something.
 fn most<'a>(
     schemes: impl Iterator<Item = (&'a Study, &'a Scheme)>,
     value: impl Fn(&Scheme) -> f64,
@@ -85,7 +85,7 @@ fn most<'a>(
     schemes.max_by(|a, b| value(a.1).total_cmp(&value(b.1))).expect("both worlds are met by such schemes")
 }
 
-/// What the reference says of its own error.
+/// The reference's own error estimate.
 fn accuracy(study: &Study) -> String {
     match study.setting.uncertainty {
         small if small < 1e-15 => "rounding".to_owned(),
@@ -111,7 +111,7 @@ fn curve(curve: &Curve) -> String {
     )
 }
 
-/// Where few rays find too much.
+/// Cases in which few rays overestimate.
 fn overshoot(studies: &[Study]) -> String {
     let curves =
         studies.iter().flat_map(|study| study.curves.iter().map(move |curve| (study.setting.name, curve)));
@@ -129,7 +129,7 @@ fn overshoot(studies: &[Study]) -> String {
     if over.is_empty() { "none in this run".to_owned() } else { over }
 }
 
-/// How the costs of two schemes compare, where either may be a lower bound.
+/// Ratio of the costs of two schemes, where either may be a lower bound.
 fn ratio(a: &Scheme, b: &Scheme) -> String {
     let quotient = a.measured.cost().over(b.measured.cost());
     match (a.is_bound(), b.is_bound()) {
@@ -161,7 +161,7 @@ fn price(study: &Study) -> String {
 /// A world, a scheme and its weight with its auxiliary rays and bias, and what else is measured of it.
 type Row<'a> = (&'a str, String, &'a str, Option<f64>, Bias, Option<&'a Scheme>);
 
-/// Everything measured: the bias of every number of rays, then every scheme.
+/// All measurements: the bias of every number of rays, then every scheme.
 fn table(studies: &[Study; 2]) -> Table {
     let mut rows: Vec<Row<'_>> = vec![];
     for study in studies {

@@ -57,7 +57,8 @@ fn bias_axes(study: &Study) -> Axes {
 /// Length on the page of the arrow that says “at least”.
 const AT_LEAST: f64 = 20.0;
 
-/// Rows of variance × rays with error bars, or with an arrow where it is a lower bound, and what each misses.
+/// Rows of variance × rays with error bars, or with an arrow where it is a lower bound, and the missing part
+/// of each.
 fn draw_prices(canvas: &mut Canvas, study: &Study, space: Rect) {
     let ticks = [(10.0, "10"), (100.0, "100"), (1e3, "1000"), (1e4, "10⁴"), (1e5, "10⁵"), (1e6, "10⁶")];
     let costs = || study.schemes.iter().map(|s| s.measured.cost().ends());

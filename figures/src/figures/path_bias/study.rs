@@ -1,4 +1,4 @@
-//! Bias against N' and the price of every scheme.
+//! Bias against N' and the cost of every scheme.
 
 use flatland::estimator::transport::{EdgeSampling, Method, WarpedArea};
 use flatland::transport::Paths;
@@ -22,15 +22,15 @@ pub(super) const RAYS: usize = 16;
 
 /// The multilevel scheme of the original's weight: P(L ≥ 1), and P(L ≥ l + 1)/P(L ≥ l).
 pub(super) const LEVELS: f64 = 0.35;
-/// The reach of the mean over jumps, in kernel widths.
+/// Reach of the mean over discontinuities, in kernel widths.
 pub(super) const REACH: f64 = 8.0;
 /// The tail of Russian roulette.
 pub(super) const TAIL: f64 = 1.5;
-/// How many times the variance that a typical run finds may be that which all runs find together. Rare large
-/// samples are missing from most runs, so that more samples find more variance.
+/// Tolerated ratio of the variance over all runs together to that of a typical run. Rare large samples are
+/// missing from most runs, so that more samples find more variance.
 pub(super) const GROWTH: f64 = 1.25;
 
-/// How a scheme's field is made.
+/// Construction of a scheme's field.
 #[derive(Clone, Copy)]
 pub(super) enum Field {
     Original(Debias),
@@ -40,16 +40,16 @@ pub(super) enum Field {
     Edges,
 }
 
-/// What one estimate computes in the mean, and how it varies.
+/// Mean and variance of one estimate.
 #[derive(Clone, Copy)]
 pub(super) struct Measured {
     pub(super) samples: usize,
     pub(super) bias: Bias,
     /// Σ over pixels of the variance of a sample, over Σ reference²; its standard error from the runs.
     pub(super) variance: Ratio,
-    /// The median over the runs of the same.
+    /// The median of that variance over the runs.
     pub(super) typical: f64,
-    /// Rays a sample.
+    /// Rays per sample.
     pub(super) rays: f64,
 }
 
@@ -59,35 +59,35 @@ impl Measured {
         self.variance.scaled(self.rays)
     }
 
-    /// How many times the variance of a typical run all of them together find.
+    /// Ratio of the variance over all runs together to that of a typical run.
     pub(super) fn growth(&self) -> f64 {
         self.variance.value / self.typical
     }
 }
 
-/// A scheme with what was measured.
+/// A scheme with its measurements.
 pub(super) struct Scheme {
     pub(super) field: Field,
     pub(super) measured: Measured,
 }
 
 impl Scheme {
-    /// Whether nothing in the run contradicts its variance: its error is small, more samples do not find more,
-    /// and a mean without bias is where it should be.
+    /// Whether nothing in the run contradicts its variance: its error is small, more samples do not find
+    /// more, and an unbiased mean agrees with the reference.
     pub(super) fn is_settled(&self) -> bool {
         let Measured { bias, variance, .. } = &self.measured;
         let on_target = !self.field.is_unbiased() || bias.missing.value.abs() < SETTLED * bias.missing.error;
         variance.error < KNOWN * variance.value && self.measured.growth() < GROWTH && on_target
     }
 
-    /// Whether the variance is a lower bound only. That of a debiased scheme always is, as no run can tell that
-    /// it has met the rarest samples, the largest ones.
+    /// Whether the variance is a lower bound only. That of a debiased scheme always is, as no run can tell
+    /// that it has met the rarest samples, the largest ones.
     pub(super) fn is_bound(&self) -> bool {
         self.field.is_debiased() || !self.is_settled()
     }
 }
 
-/// All that was measured in one world.
+/// All measurements in one world.
 pub(super) struct Study {
     pub(super) setting: Setting,
     pub(super) curves: Vec<Curve>,
@@ -111,7 +111,7 @@ impl Field {
         ]
     }
 
-    /// What it is called, its weight and its colour.
+    /// Its name, its weight and its colour.
     fn looks(self) -> (String, &'static str, Color) {
         match self {
             Self::Original(debias) => (name(debias), "original", Palette::BLUE),
@@ -134,7 +134,7 @@ impl Field {
         self.looks().2
     }
 
-    /// Squares are unbiased.
+    /// Markers: squares are unbiased.
     pub(super) fn marker(self) -> Marker {
         match self {
             _ if self.is_unbiased() => Marker::Square,
@@ -155,7 +155,7 @@ impl Field {
         self.debias().map(Debias::expected_rays)
     }
 
-    /// Whether theory says that it has no bias.
+    /// Whether it is unbiased in theory.
     pub(super) fn is_unbiased(self) -> bool {
         self.debias().is_none_or(Debias::is_unbiased)
     }
@@ -165,7 +165,7 @@ impl Field {
         self.debias().is_some_and(Debias::is_unbiased)
     }
 
-    /// Its share of rays. Heavy tails need all that can be spent, and the others settle with little.
+    /// Its share of rays. Heavy tails need all available rays, and the others converge with few.
     fn effort(self) -> f64 {
         match self {
             Self::Edges => 0.2,
@@ -231,9 +231,9 @@ fn measure(
     seed: u64,
 ) -> anyhow::Result<Measured> {
     let auxiliary = match field {
-        // It looks at every vertex with a ray.
+        // It traces a ray to every vertex.
         Field::Harmonic => setting.world.vertex_count() as f64,
-        // One ray says what is seen.
+        // One ray determines the visible surface.
         _ => field.auxiliary_rays().unwrap_or(1.0),
     };
     // One field on the film, and about one at every surface; edge sampling takes about eight rays.

@@ -1,4 +1,4 @@
-//! Two worlds, what moves in them, and the derivative that every estimate is compared with.
+//! Two worlds, their motion, and the reference derivative of every estimate.
 
 use flatland::plane::Filter;
 use flatland::transport::exact::{Exact, Radiosity};
@@ -9,12 +9,12 @@ use crate::figures::common::dot;
 
 /// Pixels of the film.
 pub(super) const PIXELS: usize = 6;
-/// The shape that moves.
+/// The moving shape.
 pub(super) const OCCLUDER: usize = 2;
 /// Accuracy of the exact derivative, far below all noise.
 const TOLERANCE: f64 = 1e-8;
 
-/// A world with its camera, what moves, and the derivative.
+/// A world with its camera, motion, and derivative.
 pub(super) struct Setting {
     pub(super) name: &'static str,
     pub(super) world: World,
@@ -25,9 +25,9 @@ pub(super) struct Setting {
     pub(super) reference: Vec<f64>,
     /// The reference's own estimate of its error, relative.
     pub(super) uncertainty: f64,
-    /// Where the reference comes from.
+    /// Source of the reference.
     pub(super) source: &'static str,
-    /// What is drawn of the world: two corners.
+    /// Two corners of the drawn part of the world.
     pub(super) window: [DVec2; 2],
 }
 
@@ -76,7 +76,7 @@ impl Setting {
         })
     }
 
-    /// A triangle in a diffuse room, by direct light and light that was reflected once.
+    /// A triangle in a diffuse room, by direct light and light reflected once.
     pub(super) fn room() -> anyhow::Result<Self> {
         let walls = [p(2.2, 2.0), p(2.0, 0.0), p(-2.0, 0.0), p(-2.0, 2.4), p(2.2, 2.4), p(2.2, 2.05)];
         let room = Shape::open(walls, Material::diffuse(0.75));

@@ -1,4 +1,4 @@
-//! Where descents end on average that begin with the object in its place.
+//! Mean end points of descents that begin at the true pose.
 
 use glam::DVec3;
 
@@ -8,7 +8,7 @@ use super::stage::Stage;
 use super::study::{Experiment, Job, Study};
 use crate::ratio::Ratio;
 
-/// Where the descents of one method end: a mean of independent runs.
+/// Mean end point of one method's descents over independent runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Drift {
     pub(super) racer: Racer,
@@ -31,7 +31,7 @@ pub(super) struct Offset {
 }
 
 impl Offset {
-    /// Of vectors that independent runs found.
+    /// The mean of vectors of independent runs.
     pub(super) fn of(vectors: &[DVec3]) -> Self {
         let along = |axis: usize| Ratio::of_runs(&vectors.iter().map(|v| v[axis]).collect::<Vec<_>>());
         let axes = [0, 1, 2].map(along);
@@ -55,13 +55,14 @@ impl Offset {
         Ratio { value: self.mean.length(), error: (along * self.error).length() }
     }
 
-    /// The length that chance would give, if the true mean were 0: the root of the sum of the squared standard errors.
+    /// The length expected by chance if the true mean were 0: the root of the sum of the squared standard
+    /// errors.
     pub(super) fn chance(&self) -> f64 {
         self.error.length()
     }
 
-    /// Whether the length is more than chance explains. With a dozen runs at most one true mean of 0 in eighty is, which it
-    /// is if all errors lie along one axis (Student's t with 11 degrees of freedom).
+    /// Whether the length is more than chance explains. With a dozen runs at most one true mean of 0 in
+    /// eighty is, which occurs if all errors lie along one axis (Student's t with 11 degrees of freedom).
     pub(super) fn is_sure(&self) -> bool {
         self.mean.length() > 3.0 * self.chance()
     }
@@ -83,7 +84,7 @@ impl Drift {
         })
     }
 
-    /// Of the bunny before its own picture.
+    /// The drift of the bunny before its own picture.
     pub(super) fn from_truth(study: &Study) -> anyhow::Result<Vec<Self>> {
         let samples = [SAMPLES, 4 * SAMPLES];
         let jobs = Racer::DRIFTING.into_iter().flat_map(|racer| samples.map(|samples| (racer, samples)));
@@ -94,14 +95,14 @@ impl Drift {
         .collect()
     }
 
-    /// Before a target that cannot be reached.
+    /// The drift before a target that cannot be reached.
     pub(super) fn unreachable(study: &Study, stage: Stage) -> anyhow::Result<Vec<Self>> {
         let experiment = Experiment::Unreachable;
         let job = |racer| Job { experiment, stage, racer, samples: SAMPLES, start: 0 };
         Racer::ALL.into_iter().map(|racer| Self::new(study, &job(racer))).collect()
     }
 
-    /// Translation and rotation beyond those of edge sampling among others on the same target.
+    /// Translation and rotation relative to those of edge sampling among others on the same target.
     pub(super) fn beyond(&self, others: &[Self]) -> Option<[Offset; 2]> {
         let edges = others.iter().find(|other| other.racer == Racer::EdgeSampling)?;
         Some([self.shift.less(&edges.shift), self.turn.less(&edges.turn)])

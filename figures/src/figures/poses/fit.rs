@@ -11,31 +11,31 @@ use super::racer::{Place, Racer};
 use super::stage::Stage;
 use crate::seeds::seed_of;
 
-/// A scene to be fitted, and what it should look like.
+/// A scene to be fitted, and its target.
 pub(super) struct Problem {
     pub(super) stage: Stage,
-    /// With the object where it is to be found.
+    /// The scene with the object at its true pose.
     pub(super) scene: Scene,
     pub(super) parameters: Parameters,
     pub(super) target: Image,
 }
 
-/// How a descent is made.
+/// Settings of a descent.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Descent {
     pub(super) racer: Racer,
-    /// Of a gradient, a pixel.
+    /// Samples a pixel of a gradient.
     pub(super) samples: usize,
     pub(super) steps: u64,
     pub(super) seed: u64,
 }
 
-/// The distance of a pose from where the object is.
+/// The distance of a pose from the true one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Distance {
-    /// In extents.
+    /// Translation error in extents.
     pub(super) shift: f64,
-    /// In degrees; 0 if every rotation looks the same.
+    /// Rotation error in degrees; 0 if every rotation looks the same.
     pub(super) turn: f64,
 }
 
@@ -45,7 +45,7 @@ impl Distance {
         Self { shift: t / stage.extent(), turn: if stage.is_round() { 0.0 } else { r.to_degrees() } }
     }
 
-    /// The larger of both in units of what is close: success is 1 or less.
+    /// The larger of both in units of the success thresholds: success is 1 or less.
     pub(super) fn relative(self) -> f64 {
         (self.shift / CLOSE[0]).max(self.turn / CLOSE[1])
     }

@@ -53,12 +53,12 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     prose.section("poses", data.to_vec(), table)
 }
 
-/// What is said of all descents.
+/// Statistics of all descents.
 struct Results<'a> {
     /// At equal steps and at equal time.
     races: Vec<[Race<'a>; 2]>,
     unreachable: Vec<(Stage, Vec<Drift>)>,
-    /// The bunny from where it is.
+    /// Drifts of the bunny from the true pose.
     truth: Vec<Drift>,
 }
 
@@ -123,7 +123,7 @@ impl<'a> Results<'a> {
         }))
     }
 
-    /// Where a method's interval at equal steps lies wholly below that of warped area, or above.
+    /// Methods whose interval at equal steps lies wholly below that of warped area, or above.
     fn apart(&self) -> String {
         let words = self.races.iter().filter_map(|[race, _]| {
             let best = self.races.iter().find(|[other, _]| other.stage == race.stage)?;
@@ -136,7 +136,7 @@ impl<'a> Results<'a> {
         if words.is_empty() { "nowhere".to_owned() } else { words }
     }
 
-    /// Descents of the interior term alone that succeed, of all.
+    /// Number of successful descents of the interior term alone, of all.
     fn interior(&self) -> String {
         let races = self.races.iter().flatten().filter(|race| race.racer == Racer::Interior);
         let rates = races.map(Race::rate);
@@ -159,7 +159,7 @@ impl<'a> Results<'a> {
         self.unreachable.iter().find(|(other, _)| *other == stage).map_or(&[], |(_, drifts)| drifts)
     }
 
-    /// Which methods end elsewhere than edge sampling, before a target that cannot be reached.
+    /// Methods that end elsewhere than edge sampling, before a target that cannot be reached.
     fn strays(&self, stage: Stage) -> String {
         let drifts = self.before(stage);
         let words = drifts.iter().filter_map(|drift| {
@@ -173,7 +173,7 @@ impl<'a> Results<'a> {
         if words.is_empty() { "none that this run could tell".to_owned() } else { words }
     }
 
-    /// Everything that is counted.
+    /// All counts.
     fn table(&self) -> Table {
         let budgets = ["equal steps", "equal time"];
         let rows = self.races.iter().flat_map(|pair| budgets.into_iter().zip(pair));
@@ -200,7 +200,7 @@ impl<'a> Results<'a> {
         )
     }
 
-    /// Where descents go that begin at the truth.
+    /// Drifts of descents that begin at the truth.
     fn drifts(&self) -> Table {
         let mut rows: Vec<(&str, Stage, &Drift)> = vec![];
         for (stage, drifts) in &self.unreachable {
@@ -227,7 +227,7 @@ impl<'a> Results<'a> {
         )
     }
 
-    /// What the clock said.
+    /// Measured times.
     fn times(&self) -> Table {
         let seconds = |stage: Stage| {
             let warped = self.races.iter().find(|[race, _]| race.stage == stage);

@@ -1,4 +1,4 @@
-//! The pictures: what is to be found, how often it is, how fast, and where biased gradients rest instead.
+//! Pictures of the targets, success rates, convergence, and the rest points of biased gradients.
 
 use super::drift::{Drift, Offset};
 use super::protocol::SAMPLES;
@@ -103,7 +103,8 @@ pub(super) fn curves(study: &Study, races: &[[Race<'_>; 2]]) -> anyhow::Result<C
     Ok(figure.canvas)
 }
 
-/// Where descents rest that begin at the truth: before targets that cannot be reached, and the bunny before its own.
+/// Rest points of descents that begin at the truth: before targets that cannot be reached, and the bunny
+/// before its own.
 pub(super) fn drifts(unreachable: &[(Stage, Vec<Drift>)], truth: &[Drift]) -> Canvas {
     let title = "Where descents go that begin with the object in its place";
     let mut figure = Figure::new(1020.0, 2.0 * 200.0 + GAP, title);
@@ -122,7 +123,8 @@ pub(super) fn drifts(unreachable: &[(Stage, Vec<Drift>)], truth: &[Drift]) -> Ca
     figure.canvas
 }
 
-/// Lengths of mean translations (part 0) or rotations (part 1), and how far they are from those of edge sampling.
+/// Lengths of mean translations (part 0) or rotations (part 1), and their distance from those of edge
+/// sampling.
 fn draw_drifts(canvas: &mut Canvas, space: Rect, drifts: &[Drift], part: usize, is_compared: bool) {
     let (unit, scale) = [("% of the extent", 100.0), ("degrees", 1.0)][part];
     let offset = |drift: &Drift| [drift.shift, drift.turn][part];

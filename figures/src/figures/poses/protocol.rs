@@ -1,9 +1,10 @@
-//! What was fixed before anything was run: film, samples, schedule, starts, and what counts as success.
+//! Protocol fixed before the runs: film, samples, schedule, starts, and the definition of success.
 //!
-//! It was made with starts of another seed, mostly by warped area alone, so that most of its descents arrive within the time that
-//! the whole may take: a coarse film and few samples a step, as Adam takes the mean over steps anyway. An earlier protocol of half
-//! the steps and a third of the samples told little: nobody found anything by shadows or above the glossy floor, and the best
-//! method a third of the cylinders. This one has other starts.
+//! It was designed with starts of another seed, mostly by warped area alone, so that most of its descents
+//! arrive within the time that the whole may take: a coarse film and few samples a step, as Adam takes the
+//! mean over steps anyway. An earlier protocol of half the steps and a third of the samples was inconclusive:
+//! nobody found anything by shadows or above the glossy floor, and the best method a third of the cylinders.
+//! This one has other starts.
 
 use std::f64::consts::PI;
 
@@ -20,25 +21,25 @@ pub(super) const SIDE: usize = 24;
 pub(super) const IMAGE_SAMPLES: usize = 12;
 /// Samples a pixel of every gradient at equal steps.
 pub(super) const SAMPLES: usize = 6;
-/// And of the target that cannot be reached, whose noise is part of what is wrong with it.
+/// Samples a pixel of the target that cannot be reached, whose noise is part of its error.
 pub(super) const NOISY_SAMPLES: usize = 16;
-/// The first step of Adam, in units of length and in radians; it falls to nothing along half a cosine.
+/// The first step of Adam, in units of length and in radians; it falls to zero along half a cosine.
 const RATE: f64 = 0.03;
 /// Resolutions of the loss.
 pub(super) const LOSS: Loss = Loss::Multiscale { levels: 5 };
 /// The farthest start, in extents, and the farthest turn, in radians.
 const FARTHEST: [f64; 2] = [0.15, 0.45];
-/// Success: the translation is within so much of the extent, and the rotation within so many degrees.
+/// Success thresholds: translation error in parts of the extent, and rotation error in degrees.
 pub(super) const CLOSE: [f64; 2] = [0.02, 2.0];
 
-/// How much is run.
+/// Effort of the study.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Effort {
-    /// Of a descent.
+    /// Steps of a descent.
     pub(super) steps: u64,
-    /// Steps between the errors that are kept.
+    /// Steps between recorded errors.
     pub(super) stride: usize,
-    /// Of every method, scene by scene.
+    /// Starts of every method, scene by scene.
     pub(super) starts: [u64; 6],
     /// Descents of one kind that start where the object is.
     pub(super) seeds: u64,
@@ -49,12 +50,12 @@ pub(super) struct Effort {
 impl Effort {
     pub(super) const FULL: Self =
         Self { steps: 96, stride: 8, starts: [85, 24, 24, 12, 12, 12], seeds: 12, target: 1024 };
-    /// Too little to say anything but that all of it works.
+    /// Just enough to show that everything runs.
     pub(super) const DRAFT: Self =
         Self { steps: 6, stride: 1, starts: [2, 1, 1, 1, 1, 1], seeds: 2, target: 64 };
 }
 
-/// Where the stream of starts begins: none of them was seen while the protocol was made.
+/// Start of the stream of starts: none of them was seen while the protocol was designed.
 const FRESH: u64 = 20_261_123;
 
 /// The rate of a step.
@@ -62,8 +63,8 @@ pub(super) fn rate(step: u64, steps: u64) -> f64 {
     0.5 * RATE * (1.0 + (PI * step as f64 / steps as f64).cos())
 }
 
-/// A start: a translation and a rotation vector, both uniform in balls. They depend on nothing but the seed, the scene and their
-/// number, so that every method has the same.
+/// A start: a translation and a rotation vector, both uniform in balls. They depend only on the seed, the
+/// scene and their number, so that every method has the same.
 pub(super) fn start(stage: Stage, seed: u64, index: u64) -> [f64; 6] {
     let mut dice = stream(seed, &[13, FRESH, stage as u64, index]);
     let t = FARTHEST[0] * stage.extent() * in_ball(&mut dice);

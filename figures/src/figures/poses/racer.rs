@@ -9,7 +9,7 @@ use volume3d::scene::Scene;
 
 use crate::plot::{Color, Palette};
 
-/// Samples a pixel of what area methods subtract.
+/// Samples a pixel of the control variate of area methods.
 const CONTROL_VARIATE: usize = 2;
 /// The step of finite differences, in units of length and in radians.
 const DIFFERENCE: f64 = 0.01;
@@ -26,7 +26,7 @@ pub(super) enum Racer {
     Differences,
 }
 
-/// Where a gradient is asked for, and with how much effort.
+/// Place and effort of a requested gradient.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place<'a> {
     pub(super) scene: &'a Scene,
@@ -35,7 +35,7 @@ pub(super) struct Place<'a> {
     pub(super) x: &'a [f64],
     /// ∂L/∂I.
     pub(super) adjoint: &'a Image,
-    /// A pixel.
+    /// Samples a pixel.
     pub(super) samples: usize,
     pub(super) seed: u64,
 }
@@ -51,16 +51,16 @@ impl Racer {
         Self::Differences,
     ];
 
-    /// Of which the drift from the truth is measured.
+    /// Methods whose drift from the truth is measured.
     pub(super) const DRIFTING: [Self; 3] = [Self::WarpedArea, Self::EdgeSampling, Self::Rotation];
 
-    /// In files of results.
+    /// Key in files of results.
     pub(super) fn key(self) -> &'static str {
         ["warped-area", "edge-sampling", "rotation", "4-rays", "16-rays", "interior", "finite-differences"]
             [self as usize]
     }
 
-    /// On pages.
+    /// Name on pages.
     pub(super) fn name(self) -> &'static str {
         [
             "warped area",
@@ -85,7 +85,7 @@ impl Racer {
         ][self as usize]
     }
 
-    /// The derivative of a loss by the pose.
+    /// The derivative of a loss with respect to the pose.
     pub(super) fn gradient(self, place: &Place<'_>) -> anyhow::Result<Vec<f64>> {
         let Place { scene, parameters, x, adjoint, samples, seed } = *place;
         let (active, still) = (parameters.active(scene), Progress::none());
@@ -124,7 +124,8 @@ impl Racer {
     }
 }
 
-/// Central differences of all pixels with common random numbers, number by number, and what the loss makes of them.
+/// Central differences of all pixels with common random numbers, one parameter at a time, contracted with the
+/// loss's adjoint.
 fn differences(place: &Place<'_>) -> anyhow::Result<Vec<f64>> {
     let Place { scene, parameters, x, adjoint, samples, seed } = *place;
     let mut moved = Scene::new(scene.description().clone())?;
