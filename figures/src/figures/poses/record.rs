@@ -12,15 +12,15 @@ use crate::output::write_bytes;
 /// How often the file is written while descents end.
 const INTERVAL: Duration = Duration::from_secs(5);
 
-/// What one descent came to. Fields are the columns of the file.
+/// Result of one descent. Fields are the columns of the file.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub(super) struct Row {
-    /// Everything that holds for all descents of a run: rows of other runs are not mixed in.
+    /// Settings common to all descents of a run: rows of other runs are not mixed in.
     pub(super) run: String,
     pub(super) experiment: String,
     pub(super) scene: String,
     pub(super) method: String,
-    /// Of a gradient, a pixel.
+    /// Samples a pixel of a gradient.
     pub(super) samples: usize,
     pub(super) start: u64,
     /// The translation at the end, in extents.
@@ -31,12 +31,12 @@ pub(super) struct Row {
     pub(super) seconds: f64,
     /// The pose at the end: six numbers.
     pub(super) pose: String,
-    /// The larger of both errors, in units of what counts as success, along the way.
+    /// The larger of both errors, in units of the success thresholds, along the way.
     pub(super) errors: String,
 }
 
 impl Row {
-    /// What decides a descent: with the same it is not made again.
+    /// Settings that determine a descent: with the same it is not repeated.
     fn settings(&self) -> impl Ord + '_ {
         let Self { run, experiment, scene, method, samples, start, .. } = self;
         (run, experiment, scene, method, *samples, *start)
@@ -66,7 +66,7 @@ fn numbers(text: &str) -> anyhow::Result<Vec<f64>> {
     text.split(' ').map(|word| word.parse().with_context(|| format!("`{word}` is no number"))).collect()
 }
 
-/// The file and what stands in it.
+/// The file and its rows.
 pub(super) struct Records {
     path: PathBuf,
     pub(super) rows: Vec<Row>,
@@ -74,7 +74,7 @@ pub(super) struct Records {
 }
 
 impl Records {
-    /// What the file holds of a run; nothing if there is none.
+    /// The rows of a run in the file; none if there is no file.
     ///
     /// Rows of other runs are left out, and lost when the file is written.
     pub(super) fn open(path: PathBuf, run: &str) -> anyhow::Result<Self> {
@@ -102,20 +102,20 @@ impl Records {
         self.rows.iter().any(|row| row.settings() == like.settings())
     }
 
-    /// Adds a row, and writes the whole file in one step if that is long ago.
+    /// Adds a row, and writes the whole file atomically if the last write is long ago.
     pub(super) fn add(&mut self, row: Row) -> anyhow::Result<()> {
         self.rows.push(row);
         if self.written.elapsed() > INTERVAL { self.write() } else { Ok(()) }
     }
 
-    /// Writes the whole file in one step, in an order that does not depend on who was first.
+    /// Writes the whole file atomically, in an order that does not depend on timing.
     pub(super) fn write(&mut self) -> anyhow::Result<()> {
         self.rows.sort_by(|a, b| a.settings().cmp(&b.settings()));
         self.written = Instant::now();
         write_bytes(&self.path, &self.bytes()?)
     }
 
-    /// The file is not needed once all is done.
+    /// Removes the file, which is not needed once all is done.
     pub(super) fn remove(&self) -> anyhow::Result<()> {
         std::fs::remove_file(&self.path).with_context(|| format!("removing {}", self.path.display()))
     }

@@ -1,4 +1,4 @@
-//! The scenes: one object above a floor, whose pose is to be found.
+//! Scenes: one object above a floor, whose pose is to be found.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -14,11 +14,11 @@ use volume3d::scene::{
 use crate::figures::mesh::standing_bunny;
 use crate::figures::motions::Setting;
 
-/// The longest side of every object's bounding box, but for the one of which only shadows are seen.
+/// The longest side of every object's bounding box, except for the one seen only by its shadows.
 const EXTENT: f64 = 1.0;
-/// The same for that one, so that it stays out of the picture.
+/// The longest side for that one, so that it stays out of the picture.
 const SMALL: f64 = 0.6;
-/// How high above the floor an object's middle is: it cannot touch the floor from any start.
+/// Height of an object's middle: it cannot touch the floor from any start.
 const HEIGHT: f64 = 0.95;
 const ALBEDO: f64 = 0.7;
 /// Above the glossy floor, so that the object's reflection stands out from that of the sky.
@@ -27,13 +27,13 @@ const DARK: f64 = 0.25;
 const OTHER_ALBEDO: f64 = 0.6;
 /// The bar that hides part of the object in that target: its middle and the half of its sides.
 const BAR: [DVec3; 2] = [DVec3::new(-0.06, 1.62, 1.65), DVec3::new(0.035, 0.4, 0.035)];
-/// How many cylinders, and how many sides they have.
+/// Number of cylinders, and number of their sides.
 const CYLINDERS: u64 = 16;
 const SIDES: u32 = 12;
 /// Circles and meridians of the sphere.
 const RINGS: u32 = 16;
 
-/// What is to be found.
+/// The object to be found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Stage {
     Cylinders,
@@ -50,15 +50,15 @@ impl Stage {
     pub(super) const ALL: [Self; 6] =
         [Self::Cylinders, Self::Foliage, Self::Bunny, Self::Sphere, Self::Shadow, Self::Glossy];
 
-    /// Of which there are targets that cannot be reached.
+    /// Scenes with a target that cannot be reached.
     pub(super) const UNREACHABLE: [Self; 2] = [Self::Cylinders, Self::Bunny];
 
-    /// In files of results.
+    /// Key in files of results.
     pub(super) fn key(self) -> &'static str {
         ["cylinders", "foliage", "bunny", "sphere", "shadow", "glossy"][self as usize]
     }
 
-    /// On pages.
+    /// Name on pages.
     pub(super) fn name(self) -> &'static str {
         ["cylinders", "foliage", "bunny", "sphere", "shadow only", "glossy floor"][self as usize]
     }
@@ -73,13 +73,14 @@ impl Stage {
         if self == Self::Shadow { SMALL } else { EXTENT }
     }
 
-    /// The scene with the object where it is to be found.
+    /// The scene with the object at its true pose.
     pub(super) fn scene(self, side: usize, seed: u64) -> anyhow::Result<Scene> {
         let albedo = if self == Self::Glossy { DARK } else { ALBEDO };
         Ok(Scene::new(self.description(side, seed, albedo)?)?)
     }
 
-    /// The same with an object of another material, half hidden by a bar: what no pose of the object looks like.
+    /// The scene with an object of another material, half hidden by a bar: a target that no pose of the
+    /// object reproduces.
     pub(super) fn unreachable(self, side: usize, seed: u64) -> anyhow::Result<Scene> {
         let mut description = self.description(side, seed, OTHER_ALBEDO)?;
         let black = description.add_material(Material::diffuse("bar", DVec3::splat(0.1)));
@@ -207,7 +208,7 @@ fn cylinders(seed: u64) -> anyhow::Result<Mesh> {
     soup(corners)
 }
 
-/// A ball in facets.
+/// A faceted ball.
 fn sphere() -> anyhow::Result<Mesh> {
     let at = |ring: u32, meridian: u32| {
         let polar = PI * f64::from(ring) / f64::from(RINGS);
@@ -232,7 +233,7 @@ fn sphere() -> anyhow::Result<Mesh> {
     soup(corners)
 }
 
-/// An angle of two arms of unequal length: no turn but a full one takes it into itself.
+/// An angle of two arms of unequal length, without rotational symmetry.
 fn bracket() -> anyhow::Result<Mesh> {
     let outline = [[0.0, 0.0], [1.0, 0.0], [1.0, 0.3], [0.35, 0.3], [0.35, 0.7], [0.0, 0.7]];
     let at = |i: usize, z: f64| DVec3::new(outline[i % 6][0], outline[i % 6][1], z);
@@ -246,12 +247,12 @@ fn bracket() -> anyhow::Result<Mesh> {
         corners.extend([at(3, 0.4), at(a, 0.4), at(b, 0.4)]);
         corners.extend([at(3, 0.0), at(b, 0.0), at(a, 0.0)]);
     }
-    // Askew, so that no face is seen edge on.
+    // Tilted, so that no face is seen edge on.
     let askew = DQuat::from_rotation_x(0.35) * DQuat::from_rotation_y(0.6);
     Ok(soup(corners)?.transformed(&DAffine3::from_quat(askew)))
 }
 
-/// A mesh of triangles as they come, three corners each.
+/// A mesh of unindexed triangles, three corners each.
 fn soup(corners: Vec<DVec3>) -> anyhow::Result<Mesh> {
     let triangles = (0..corners.len() as u32).collect::<Vec<_>>();
     Ok(Mesh::new(corners, triangles.as_chunks::<3>().0.to_vec())?)

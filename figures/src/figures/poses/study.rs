@@ -1,4 +1,4 @@
-//! All descents, and what is counted of them.
+//! All descents, and their statistics.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -14,18 +14,18 @@ use crate::context::Context;
 use crate::seeds::seed_of;
 use crate::space::ThreadClock;
 
-/// What is asked.
+/// Kind of a descent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Experiment {
-    /// Which starts away from the object lead to it.
+    /// From a start away from the object: success rates.
     Away,
-    /// Where a descent drifts that starts where the object is.
+    /// From the true pose: drift.
     Truth,
-    /// Where it goes from there if the target cannot be reached.
+    /// From the true pose with a target that cannot be reached.
     Unreachable,
 }
 
-/// One descent that is to be made.
+/// One descent to be made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Job {
     pub(super) experiment: Experiment,
@@ -35,7 +35,7 @@ pub(super) struct Job {
     pub(super) start: u64,
 }
 
-/// Everything measured.
+/// All measurements.
 pub(super) struct Study {
     pub(super) effort: Effort,
     pub(super) seed: u64,
@@ -50,7 +50,7 @@ impl Experiment {
 }
 
 impl Study {
-    /// Makes every descent that has not been made.
+    /// Makes every missing descent.
     pub(super) fn new(context: &Context) -> anyhow::Result<Self> {
         let (effort, seed) = (context.spend(Effort::DRAFT, Effort::FULL), context.seed());
         let run = format!("seed {seed}, {SIDE} pixels, {SAMPLES} and {IMAGE_SAMPLES} samples, {effort:?}");
@@ -80,7 +80,7 @@ impl Study {
         self.rows.iter().filter(same).collect()
     }
 
-    /// What was needed to go on after an interruption is needed no more.
+    /// Removes the record that served to resume after an interruption.
     pub(super) fn finish(&self) -> anyhow::Result<()> {
         self.records.remove()
     }
@@ -104,7 +104,7 @@ impl Job {
         }
     }
 
-    /// Where it starts.
+    /// Its starting pose.
     pub(super) fn from(&self, seed: u64) -> [f64; 6] {
         if self.experiment == Experiment::Away { start(self.stage, seed, self.start) } else { [0.0; 6] }
     }
@@ -140,7 +140,7 @@ fn jobs(effort: &Effort) -> Vec<Job> {
     jobs
 }
 
-/// Makes all jobs, each on one thread, as many at once as there are threads; stops at the first that fails.
+/// Makes all jobs, each on one thread, as many at once as there are threads; stops at the first failure.
 fn each(
     jobs: &[Job],
     descend: &(dyn Fn(&Job) -> anyhow::Result<()> + Sync),
@@ -165,7 +165,7 @@ fn each(
     })
 }
 
-/// What is fitted: every scene, and some to targets that cannot be reached.
+/// Problems to be fitted: every scene, and some with targets that cannot be reached.
 pub(super) struct Problems {
     reachable: Vec<Problem>,
     unreachable: Vec<Problem>,

@@ -1,4 +1,4 @@
-//! What the descents of one method on one scene have in common: how many succeed, and how near they come.
+//! Summary of the descents of one method on one scene: success rate and final errors.
 
 use super::racer::Racer;
 use super::record::Row;
@@ -6,7 +6,7 @@ use super::stage::Stage;
 use super::study::{Experiment, Job, Study};
 use crate::figures::common::median;
 
-/// How many of so many descents succeeded.
+/// A success rate: successes out of a number of descents.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Rate {
     pub(super) successes: usize,
@@ -14,12 +14,12 @@ pub(super) struct Rate {
 }
 
 impl Rate {
-    /// The part.
+    /// The rate.
     pub(super) fn value(self) -> f64 {
         self.successes as f64 / self.count as f64
     }
 
-    /// The interval that holds the true part with 95 % confidence (Wilson 1927).
+    /// The 95 % confidence interval of the true rate (Wilson 1927).
     pub(super) fn interval(self) -> [f64; 2] {
         const Z: f64 = 1.96;
         let (p, n) = (self.value(), self.count as f64);
@@ -68,13 +68,13 @@ impl<'a> Race<'a> {
         [of(|row| row.translation_error), of(|row| row.rotation_error)]
     }
 
-    /// The same among the successful; nothing if there are none.
+    /// The median errors at the end among the successful; `None` if there are none.
     pub(super) fn converged(&self) -> Option<[f64; 2]> {
         let rows: Vec<&Row> = self.found().collect();
         (!rows.is_empty()).then(|| Self { rows, ..*self }.medians())
     }
 
-    /// The median error along the way, in units of success.
+    /// The median error along the way, in units of the success thresholds.
     pub(super) fn curve(&self) -> anyhow::Result<Vec<f64>> {
         let curves = self.rows.iter().map(|row| row.errors()).collect::<anyhow::Result<Vec<_>>>()?;
         let steps = curves.first().map_or(0, Vec::len);

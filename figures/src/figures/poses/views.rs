@@ -11,7 +11,7 @@ use super::study::Study;
 use super::summary::Race;
 use crate::seeds::seed_of;
 
-/// A scene's target, its first start, and where every method ends from there.
+/// A scene's target, its first start, and every method's end pose from there.
 pub(super) struct View {
     pub(super) stage: Stage,
     /// Columns and rows.
@@ -21,7 +21,7 @@ pub(super) struct View {
 }
 
 impl View {
-    /// On a finer film than that of the descents, for readers.
+    /// The pictures, on a finer film than that of the descents, for readers.
     pub(super) fn new(study: &Study, stage: Stage, side: usize, samples: usize) -> anyhow::Result<Self> {
         let mut scene = stage.scene(side, study.seed)?;
         let parameters = Stage::parameters(&scene)?;

@@ -32,18 +32,18 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     prose.section("specular", data.to_vec(), table)
 }
 
-/// A number of a run, or a dash if its samples found nothing at all.
+/// A number of a run, or a dash if no sample contributed.
 fn seen(run: &Run, value: f64) -> Cell {
     if run.variance.value > 0.0 { value.into() } else { "–".into() }
 }
 
-/// Everything measured.
+/// All measurements.
 struct Results {
     widths: Vec<Place>,
     vertices: Vec<Place>,
 }
 
-/// The unbiased method with the least of something, where it is known.
+/// The unbiased method with the least value of something, where it is known.
 fn best(place: &Place, value: impl Fn(&Run) -> f64) -> Option<Racer> {
     let able = Racer::ALL.into_iter().zip(&place.runs).filter(|(r, run)| r.is_unbiased() && run.is_known());
     able.min_by(|a, b| value(a.1).total_cmp(&value(b.1))).map(|(racer, _)| racer)
@@ -56,7 +56,7 @@ fn winners<'a>(places: impl Iterator<Item = &'a Place> + Clone, value: fn(&Run) 
     listed(list.map(|(racer, count)| format!("{} at {count}", racer.looks().name)))
 }
 
-/// How a variance grows as the lobe narrows.
+/// Growth of a variance as the lobe narrows.
 fn growth<'a>(places: impl Iterator<Item = &'a Place>, racer: Racer) -> String {
     let runs = places.map(|place| (place.width, &place.runs[racer as usize]));
     let known: Vec<(f64, f64)> =
@@ -119,14 +119,14 @@ impl Results {
         self.widths.iter().filter(move |p| p.lighting == lighting)
     }
 
-    /// From how many vertices on a method other than edge sampling has the least of something.
+    /// Number of vertices from which a method other than edge sampling has the least value of something.
     fn overtaken(&self, value: fn(&Run) -> f64) -> String {
         let edges = [Racer::Uniform, Racer::Importance];
         let ahead = self.vertices.iter().find(|p| best(p, value).is_some_and(|r| !edges.contains(&r)));
         ahead.map_or_else(|| "nowhere".to_owned(), |p| format!("from {} vertices on", p.vertices))
     }
 
-    /// Of every method the mean farthest from the exact derivative.
+    /// The mean of every method farthest from the exact derivative.
     fn worst(&self) -> String {
         let words = Racer::ALL.into_iter().filter_map(|racer| {
             let places = || self.widths.iter().chain(&self.vertices);
@@ -141,7 +141,7 @@ impl Results {
         listed(words).replace('-', "−")
     }
 
-    /// Everything that no clock decides.
+    /// All measurements except times.
     fn table(&self) -> Table {
         Table::of(
             self.all(),
@@ -161,7 +161,7 @@ impl Results {
         )
     }
 
-    /// What the clock said.
+    /// Measured times.
     fn times(&self) -> Table {
         Table::of(
             self.all(),

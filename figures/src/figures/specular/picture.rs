@@ -1,4 +1,4 @@
-//! The pictures: the set-up and what varies, and the cost by the clock.
+//! Pictures of the set-up and the variances, and of the cost in time.
 
 use flatland::transport::Gloss;
 use glam::DVec2;
@@ -8,7 +8,7 @@ use super::study::{Place, Racer, Run, WIDTH_OF_PARTS};
 use crate::figures::flat::{draw_camera, draw_motion, draw_world, label};
 use crate::plot::*;
 
-/// Lobes that are drawn, and whose derivatives are.
+/// Lobes that are drawn, with their derivatives.
 const SHOWN: [f64; 3] = [0.5, 0.1, 1e-3];
 
 const VARIANCE: &str = "relative variance of a sample";
@@ -18,7 +18,7 @@ fn shade(index: usize) -> Color {
     [Palette::SKY, Palette::BLUE, Color::INK][index]
 }
 
-/// Everything that no clock decides.
+/// All measurements except times.
 pub(super) fn variance(widths: &[Place], vertices: &[Place]) -> anyhow::Result<Canvas> {
     let title = "An object seen in a glossy floor, from a wide lobe to a mirror";
     let mut figure = Figure::new(960.0, 610.0, title);
@@ -41,7 +41,7 @@ pub(super) fn variance(widths: &[Place], vertices: &[Place]) -> anyhow::Result<C
     Ok(figure.canvas)
 }
 
-/// The cost by the clock.
+/// The cost in time.
 pub(super) fn time(widths: &[Place], vertices: &[Place]) -> Canvas {
     let mut figure = Figure::new(960.0, 320.0, "The same by the clock, on one thread");
     let cells = figure.body.columns(&[1.0; 3], GUTTER);
@@ -74,7 +74,7 @@ fn vertex_axis() -> Axis {
     Axis::log("vertices of the object").ticks(ticks).limits(4.5, 9000.0)
 }
 
-/// One curve a method; rings and no line where the run was too short to know.
+/// One curve per method; rings without a line where the run was too short to know.
 fn race<'a>(
     places: impl Iterator<Item = &'a Place> + Clone,
     x: Axis,

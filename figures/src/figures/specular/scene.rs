@@ -9,7 +9,7 @@ use glam::DVec2;
 
 /// Pixels of the film.
 pub(super) const PIXELS: usize = 8;
-/// The object among the shapes.
+/// Index of the object among the shapes.
 pub(super) const OBJECT: usize = 1;
 /// Its middle and its radius.
 pub(super) const CENTRE: DVec2 = DVec2::new(1.3, 0.95);
@@ -19,10 +19,10 @@ pub(super) const CORNERS: usize = 6;
 /// Accuracy of the exact derivative, far below all noise.
 const TOLERANCE: f64 = 1e-8;
 
-/// What is bright.
+/// The bright part of the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Lighting {
-    /// Everything around: no emitter can be sampled, and paths follow the lobe.
+    /// The whole environment: no emitter can be sampled, and paths follow the lobe.
     Sky,
     /// The object: paths sample it as an emitter as well.
     Object,
@@ -39,7 +39,7 @@ impl Lighting {
     }
 }
 
-/// A world with its camera, and what moves.
+/// A world with its camera and motion.
 pub(super) struct Scene {
     pub(super) world: World,
     pub(super) camera: Camera,

@@ -1,4 +1,4 @@
-//! What every method pays for one derivative.
+//! Cost of one derivative for every method.
 
 use flatland::estimator::transport::{EdgeChoice, EdgeSampling, GradientImage, Method, WarpedArea};
 use flatland::transport::fields::Construction;
@@ -13,22 +13,23 @@ use crate::seeds::seed_of;
 
 /// Half widths of the lobe.
 pub(super) const WIDTHS: [f64; 7] = [0.5, 0.15, 0.05, 0.015, 4e-3, 1e-3, 1e-4];
-/// Segments a side of the object is cut into.
+/// Number of segments per side of the object.
 pub(super) const PARTS: [usize; 6] = [1, 4, 16, 64, 256, 1024];
 /// The lobe's half width in the study of the number of vertices.
 pub(super) const WIDTH_OF_PARTS: f64 = 0.1;
 /// Auxiliary rays of the biased estimate.
 const RAYS: usize = 16;
-/// The reach of the mean over jumps, in kernel widths.
+/// Reach of the mean over discontinuities, in kernel widths.
 pub(super) const REACH: f64 = 8.0;
 /// Independent runs, whose variances are compared.
 const RUNS: u64 = 8;
-/// Samples a pixel in a timed run: edge sampling prepares a list of the jumps of each pixel for so many.
+/// Samples a pixel in a timed run: edge sampling prepares a list of the discontinuities of each pixel for
+/// this many.
 pub(super) const TIMED: usize = 64;
-/// Looks at vertices in a timed run of the harmonic field.
+/// Number of vertex evaluations in a timed run of the harmonic field.
 const HARMONIC_LOOKS: usize = 12_000;
 
-/// A method in the race.
+/// A method in the comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Racer {
     Uniform,
@@ -39,14 +40,14 @@ pub(super) enum Racer {
     Harmonic,
 }
 
-/// How a method is drawn, and how long it runs.
+/// A method's appearance and effort.
 pub(super) struct Looks {
     pub(super) name: &'static str,
     pub(super) color: Color,
     pub(super) marker: Marker,
-    /// Samples a pixel in a run at most.
+    /// Maximum number of samples a pixel in a run.
     most: usize,
-    /// Vertices that all samples of a pixel may look at, where each looks at every vertex.
+    /// Vertex evaluations allowed to all samples of a pixel, where each evaluates every vertex.
     visits: usize,
 }
 
@@ -74,12 +75,12 @@ impl Racer {
         }
     }
 
-    /// Whether theory says that it has no bias.
+    /// Whether it is unbiased in theory.
     pub(super) fn is_unbiased(self) -> bool {
         self != Self::Consistent
     }
 
-    /// Samples a pixel in a run, for a world of so many vertices: fewer where each costs more.
+    /// Samples a pixel in a run, for a world with `vertices` vertices: fewer where each costs more.
     fn samples(self, context: &Context, vertices: usize) -> usize {
         let Looks { most, visits, .. } = self.looks();
         (most.min(visits / vertices)).max(2) * context.spend(1, 40)
@@ -100,15 +101,15 @@ impl Racer {
     }
 }
 
-/// What one method paid.
+/// Measured cost of one method.
 pub(super) struct Run {
     unbiased: bool,
     pub(super) samples: usize,
     /// Σ over pixels of the variance of a sample, over Σ exact²; its standard error from the runs.
     pub(super) variance: Ratio,
-    /// Rays a sample.
+    /// Rays per sample.
     pub(super) rays: f64,
-    /// Seconds a sample on one thread.
+    /// Seconds per sample on one thread.
     pub(super) seconds: f64,
     /// ⟨estimate, exact⟩/⟨exact, exact⟩: 1 without bias.
     pub(super) recovered: Ratio,
@@ -126,23 +127,23 @@ impl Run {
         !self.unbiased || self.deviation().abs() < SETTLED
     }
 
-    /// By how many standard errors the mean is off.
+    /// Deviation of the mean in standard errors.
     pub(super) fn deviation(&self) -> f64 {
         (self.recovered.value - 1.0) / self.recovered.error
     }
 
-    /// What a given precision costs in seconds.
+    /// Cost of a given precision in seconds.
     pub(super) fn time_cost(&self) -> f64 {
         self.variance.value * self.seconds
     }
 
-    /// What a given precision costs in rays.
+    /// Cost of a given precision in rays.
     pub(super) fn rays_cost(&self) -> f64 {
         self.variance.value * self.rays
     }
 }
 
-/// One scene with what every method paid for it, in the order of [`Racer::ALL`].
+/// One scene with the runs of every method, in the order of [`Racer::ALL`].
 pub(super) struct Place {
     pub(super) lighting: Lighting,
     pub(super) width: f64,
@@ -150,13 +151,13 @@ pub(super) struct Place {
     pub(super) runs: Vec<Run>,
 }
 
-/// Along the lobe's width, for both lightings.
+/// Study of the lobe's width, for both lightings.
 pub(super) fn against_width(context: &Context) -> anyhow::Result<Vec<Place>> {
     let cases = Lighting::ALL.into_iter().flat_map(|lighting| WIDTHS.map(|width| (lighting, width)));
     cases.map(|(lighting, width)| place(context, width, 1, lighting)).collect()
 }
 
-/// Along the number of the object's vertices.
+/// Study of the number of the object's vertices.
 pub(super) fn against_vertices(context: &Context) -> anyhow::Result<Vec<Place>> {
     PARTS.into_iter().map(|parts| place(context, WIDTH_OF_PARTS, parts, Lighting::Sky)).collect()
 }
@@ -194,10 +195,10 @@ fn forward(scene: &Scene, racer: Racer, samples: usize, seed: u64) -> anyhow::Re
     Ok(racer.method(samples, seed).forward(&scene.world, &scene.camera, &scene.change)?)
 }
 
-/// Seconds a sample on one thread.
+/// Seconds per sample on one thread.
 fn seconds_of(scene: &Scene, racer: Racer) -> anyhow::Result<f64> {
     let samples = match racer {
-        // Nothing is prepared for a pixel that would grow with the scene.
+        // No per-pixel preparation grows with the scene.
         Racer::Harmonic => (HARMONIC_LOOKS / scene.world.vertex_count()).clamp(4, TIMED),
         Racer::Multilevel | Racer::Consistent => TIMED / 2,
         Racer::Uniform | Racer::Importance | Racer::JumpMean => TIMED,

@@ -1,4 +1,4 @@
-//! Figure 16: implicit surfaces from rendered views, without masks, and what their topology does to it.
+//! Figure 16: implicit surfaces from rendered views, without masks, and the effect of their topology.
 
 mod picture;
 
@@ -13,25 +13,26 @@ use crate::prose::Prose;
 use crate::space::reconstruction::{Effort, Made, RADIUS, Reconstruction, SMOOTHING, Setup, Supervision};
 use crate::space::studio::{Light, Subject};
 
-/// The Chamfer distance that was hoped for, in parts of the diagonal, and the least decibels of held-out views.
+/// The target Chamfer distance, in parts of the diagonal, and the minimum decibels of held-out views.
 const GOAL: (f64, f64) = (0.005, 30.0);
 
 /// Resolutions that the loss compares.
 const LEVELS: usize = 4;
 
-/// Adam's rate at first, in cells.
+/// Adam's initial rate, in cells.
 const RATE: f64 = 0.5;
 
-/// Views of the usual fit in full quality, and other numbers of them.
+/// Views of the usual fit in full quality, and the other numbers of views.
 const USUAL: usize = 16;
 const OTHERS: [usize; 2] = [8, 32];
 
-/// Whether a fit is of the usual number of views under the even light, which are drawn; the others have rows of the table.
+/// Whether a fit has the usual number of views under the even light; such fits are drawn, and the others have
+/// rows of the table.
 fn is_usual(fit: &Reconstruction, effort: &Effort) -> bool {
     (fit.views, fit.light) == (effort.views, Light::Even)
 }
 
-/// How much a fit may spend.
+/// Effort of a fit.
 fn effort(context: &Context) -> Effort {
     let draft = Effort {
         side: 24,
@@ -106,7 +107,7 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     prose.section("surfaces", data, table)
 }
 
-/// What a fit is called beside its subject.
+/// Description of a fit besides its subject.
 fn case(views: usize, light: Light) -> String {
     format!("{views} views, {}", light.name())
 }

@@ -9,12 +9,12 @@ use crate::space::studio::Subject;
 
 const SIDE: f64 = 128.0;
 const GAP: f64 = 8.0;
-/// Room above the pictures for what they are.
+/// Room above the pictures for their headings.
 const HEADS: f64 = 17.0;
 /// Room on the right for the colour bar.
 const BAR: f64 = 58.0;
 const PLOTS: f64 = 225.0;
-/// The difference of luminance at which colours end.
+/// Luminance difference at the ends of the colour scale.
 const LIMIT: f64 = 0.25;
 
 const COLORS: [Color; 4] = [Palette::BLUE, Palette::VERMILION, Palette::GREEN, Palette::PURPLE];

@@ -1,4 +1,4 @@
-//! The picture: views, floors, and how far every number is from the truth.
+//! Picture of views, floors, and the distance of every number from the truth.
 
 use glam::DVec2;
 
@@ -12,9 +12,10 @@ const GAP: f64 = 10.0;
 const HEADS: f64 = 18.0;
 /// Room for the names of parameters beside the plot.
 const NAMES: f64 = 120.0;
-/// The difference of luminance at which colours end.
+/// Luminance difference at the ends of the colour scale.
 const LIMIT: f64 = 0.05;
-/// Scores beyond which a number is not recovered, for 95 % of those that are: the normal distribution's.
+/// Score beyond which a number counts as not recovered; 95 % of recovered ones are within, by the normal
+/// distribution.
 pub(super) const LIKELY: f64 = 1.96;
 
 pub(super) fn draw(study: &Study) -> Canvas {

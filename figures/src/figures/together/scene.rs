@@ -12,11 +12,11 @@ use volume3d::scene::{
 /// Texels along each side of the floor.
 pub(super) const TEXELS: usize = 4;
 
-/// What is found.
+/// The unknown parameters.
 pub(super) const NAMES: [&str; 5] =
     ["block.translation", "block.rotation", "paint.reflectance", "lamp.radiance", "printed.texture"];
 
-/// From the front and from the side, so that depth in one is width in the other.
+/// Cameras at the front and at the side, so that depth in one is width in the other.
 pub(super) fn cameras() -> [Camera; 2] {
     [DVec3::new(0.4, 2.6, 3.0), DVec3::new(3.0, 2.4, -0.5)]
         .map(|eye| Camera::look_at(eye, DVec3::new(0.0, 0.2, 0.0), DVec3::Y, 0.75))
@@ -26,11 +26,11 @@ pub(super) fn film(side: usize) -> Film {
     Film { width: side, height: side, crop: None, sample_border: true, filter: Filter::Tent { radius: 1.0 } }
 }
 
-/// The scene as it is.
+/// The true scene.
 pub(super) fn truth(side: usize) -> anyhow::Result<Scene> {
     let [camera, _] = cameras();
     let mut description = Description::new(camera, film(side));
-    // Light from lamp or sky to a surface and into the camera, so that what is not seen does not matter.
+    // Light from lamp or sky to a surface and into the camera, so that unseen surfaces do not matter.
     description.integrator = Integrator { max_depth: Some(2), rr_depth: 2 };
     let (wrap, to_uv) = (Wrap::Clamp, DAffine2::IDENTITY);
     let texels = (0..TEXELS * TEXELS).map(texel).collect();
@@ -47,7 +47,8 @@ pub(super) fn truth(side: usize) -> anyhow::Result<Scene> {
     let paint = description.add_material(Material::diffuse("paint", DVec3::new(0.25, 0.45, 0.65)));
     let floor = DAffine3::from_rotation_x(-FRAC_PI_2) * DAffine3::from_scale(DVec3::splat(1.2));
     description.add_shape("floor", Mesh::rectangle().transformed(&floor), printed);
-    // What is known: of light and reflectance a picture shows the product, and the sky alone tells them apart slowly.
+    // A known reflectance: a picture shows the product of light and reflectance, and the sky alone separates
+    // them slowly.
     let grey = description.add_material(Material::diffuse("grey", DVec3::splat(0.5)));
     let card = DAffine3::from_translation(DVec3::new(-1.0, 0.02, 0.75))
         * DAffine3::from_rotation_x(-FRAC_PI_2)
@@ -73,7 +74,8 @@ fn texel(i: usize) -> DVec3 {
     DVec3::new(wave(0.0), wave(1.7), wave(3.1))
 }
 
-/// Where every fit begins: a block that is moved and turned, grey paint, a dim grey lamp and a blank floor.
+/// Initial parameters of every fit: a displaced and rotated block, grey paint, a dim grey lamp and a blank
+/// floor.
 pub(super) fn start(truth: &[f64]) -> Vec<f64> {
     let mut x = vec![0.5; truth.len()];
     x[..6].copy_from_slice(&[0.15, -0.1, 0.12, 0.2, -0.3, 0.15]);

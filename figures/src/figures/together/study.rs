@@ -1,4 +1,4 @@
-//! Fits of everything at once, each to pictures of its own noise.
+//! Joint fits of all parameters, each to pictures with independent noise.
 
 use volume3d::Image;
 use volume3d::gradient::{ActiveParameters, Gradient, GradientError, Progress, WarpedArea, render};
@@ -12,15 +12,15 @@ use crate::space::Clock;
 
 /// The first step of Adam for each of [`NAMES`]: scene units, radians, reflectance, radiance, reflectance.
 const RATES: [f64; 5] = [0.02, 0.04, 0.04, 1.5, 0.06];
-/// Light and reflectance are told apart slowly: gradients of the beginning must not rule the end.
+/// Light and reflectance separate slowly: early gradients must not dominate the end.
 const BETA2: f64 = 0.98;
 
-/// How much is run.
+/// Effort of the study.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Effort {
     /// The film's side in pixels.
     pub(super) side: usize,
-    /// Of a fit.
+    /// Steps of a fit.
     pub(super) steps: u64,
     /// Fits, each to pictures of its own.
     pub(super) fits: u64,
@@ -30,17 +30,17 @@ pub(super) struct Effort {
 
 impl Effort {
     const FULL: Self = Self { side: 28, steps: 400, fits: 12, samples: [256, 16, 8] };
-    /// Too little to say anything but that all of it works.
+    /// Just enough to show that everything runs.
     const DRAFT: Self = Self { side: 20, steps: 120, fits: 3, samples: [64, 8, 4] };
 }
 
-/// What all fits found.
+/// Results of all fits.
 pub(super) struct Study {
     pub(super) effort: Effort,
     pub(super) groups: Vec<Found>,
-    /// Of the first fit, by view: target, start, fit.
+    /// Pictures of the first fit, by view: target, start, fit.
     pub(super) pictures: Vec<[Image; 3]>,
-    /// Of the floor: as it is, at the start, and the mean of all fits.
+    /// The floor's texture: true, initial, and the mean of all fits.
     pub(super) textures: [Vec<f64>; 3],
     /// The mean loss of each step of the first fit.
     pub(super) losses: Vec<f64>,
@@ -63,7 +63,7 @@ pub(super) struct Number {
     pub(super) mean: f64,
     /// The standard deviation of one fit.
     pub(super) deviation: f64,
-    /// That of the mean.
+    /// The standard error of the mean.
     pub(super) error: f64,
 }
 
@@ -75,7 +75,7 @@ impl Number {
         Self { truth, start, mean, deviation, error: deviation / n.sqrt() }
     }
 
-    /// How far the mean is from the truth, in standard errors.
+    /// Distance of the mean from the truth in standard errors.
     pub(super) fn score(&self) -> f64 {
         if self.error > 0.0 { (self.mean - self.truth) / self.error } else { 0.0 }
     }
@@ -86,7 +86,8 @@ impl Found {
         (self.numbers.iter().map(|n| of(n).powi(2)).sum::<f64>() / self.numbers.len() as f64).sqrt()
     }
 
-    /// Root mean squares over the numbers: how far the start is from the truth, the mean of all fits, and one fit from that mean.
+    /// Root mean squares over the numbers: distance of the start from the truth, of the mean of all fits from
+    /// the truth, and of one fit from that mean.
     pub(super) fn distances(&self) -> [f64; 3] {
         [
             self.mean_square(|n| n.start - n.truth),
@@ -157,7 +158,7 @@ impl Study {
     }
 }
 
-/// A fit to pictures with noise of their own.
+/// A fit to pictures with independent noise.
 fn fit(effort: Effort, seed: u64) -> anyhow::Result<Fit> {
     let mut scene = truth(effort.side)?;
     let parameters = Parameters::new(&scene, &NAMES)?;
@@ -212,7 +213,7 @@ fn reverse(
     WarpedArea { samples, seed, ..WarpedArea::default() }.reverse(scene, adjoint, active, progress)
 }
 
-/// What all views see of the scene as it is.
+/// Images of the true scene in all views.
 fn look(fit: &Fit, scene: &mut Scene, effort: Effort) -> anyhow::Result<Vec<Image>> {
     let mut images = vec![];
     for view in 0..fit.objective().views.len() {

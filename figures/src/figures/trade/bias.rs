@@ -1,4 +1,4 @@
-//! The bias of a fixed number of auxiliary rays, against everything that decides it.
+//! Bias of a fixed number of auxiliary rays, against the parameters that determine it.
 
 use flatland::warp::{BoundaryFunction, Debias, Warp, Weighting};
 
@@ -13,7 +13,7 @@ use crate::seeds::seed_of;
 
 /// Auxiliary rays N' of the first study.
 const RAYS: [usize; 9] = [1, 2, 4, 8, 16, 32, 64, 128, 256];
-/// From how many rays on the bias is expected to follow a power of N'.
+/// Number of rays from which the bias is expected to follow a power of N'.
 pub(in crate::figures) const SETTLED: usize = 8;
 /// Auxiliary rays of the study of κ.
 pub(super) const RAYS_OF_KAPPA: usize = 16;
@@ -22,7 +22,7 @@ pub(super) const RAYS_OF_GAMMA: [usize; 3] = [8, 32, 128];
 /// The least γ for which a linear B is boundary consistent in two dimensions: 1/p + 1/2, p = 1.
 pub(super) const BOUND: f64 = 1.5;
 
-/// A weight with its looks.
+/// A weight with its appearance.
 pub(in crate::figures) struct Series {
     pub(in crate::figures) name: &'static str,
     pub(in crate::figures) color: Color,
@@ -33,7 +33,7 @@ pub(in crate::figures) struct Series {
 /// A series with its bias along some axis.
 pub(in crate::figures) struct Curve {
     pub(in crate::figures) series: Series,
-    /// (what varies, bias).
+    /// (parameter, bias).
     pub(in crate::figures) points: Vec<(f64, Bias)>,
 }
 
@@ -49,12 +49,12 @@ fn with(boundary: BoundaryFunction, gamma: f64, warp: Warp) -> Warp {
     Warp { weighting: Weighting::BoundaryAware { gamma, boundary }, ..warp }
 }
 
-/// The same weight with a fixed number of rays.
+/// The weight with a fixed number of rays.
 fn consistent(rays: usize, warp: Warp) -> Warp {
     Warp { debias: Debias::Consistent { rays }, ..warp }
 }
 
-/// Six weights, from the original to one that no number of rays makes right.
+/// Six weights, from the original to one that is biased for any number of rays.
 fn weights() -> Vec<Series> {
     let original = Warp::original(1);
     let steeper = Warp { radial_exponent: 0.3, ..original };
@@ -72,7 +72,7 @@ fn weights() -> Vec<Series> {
     ]
 }
 
-/// Boundary functions that know the kernel's width, and two that do not.
+/// Boundary functions that depend on the kernel's width, and two that do not.
 fn boundaries() -> Vec<Series> {
     let mut list: Vec<Series> =
         weights().into_iter().enumerate().filter(|(i, _)| [0, 2, 3].contains(i)).map(|(_, s)| s).collect();
@@ -86,7 +86,7 @@ fn boundaries() -> Vec<Series> {
 pub(super) fn against_rays(context: &Context, target: &Target) -> Vec<Curve> {
     along(weights(), &RAYS.map(|rays| rays as f64), |index, warp, x| {
         let rays = x as usize;
-        // Few rays cost little and vary much.
+        // Few rays have low cost and high variance.
         let batches = context.spend(8, 96) * (32 / rays).clamp(1, 6);
         let seed = seed_of(context.seed(), &[5, 1, index, rays as u64]);
         target.bias(Kernel { warp: consistent(rays, warp), kappa: KAPPA }, batches, seed)
@@ -129,8 +129,8 @@ pub(super) fn against_gamma(context: &Context, target: &Target) -> anyhow::Resul
 }
 
 impl Curve {
-    /// The exponent of N' that the bias follows: the log–log slope by weighted least squares, over the settled points
-    /// that stand out of the noise by three standard errors; None if those are fewer than three.
+    /// The exponent of N' in the bias: the log–log slope by weighted least squares, over the settled points
+    /// that exceed the noise by three standard errors; `None` if those are fewer than three.
     pub(in crate::figures) fn rate(&self) -> Option<Ratio> {
         let fitted: Vec<[f64; 3]> = self
             .points

@@ -1,4 +1,4 @@
-//! What it costs to remove the bias.
+//! Cost of removing the bias.
 
 use flatland::estimator::{Construction, Method, WarpedArea};
 use flatland::warp::{Debias, Warp};
@@ -9,10 +9,10 @@ use crate::figures::common::median;
 use crate::ratio::Ratio;
 use crate::seeds::seed_of;
 
-/// Rays of the consistent estimator that the schemes are compared with.
+/// Rays of the consistent estimator used as the baseline of the schemes.
 pub(super) const RAYS: usize = 16;
 
-/// A scheme.
+/// A debiasing scheme.
 pub(super) struct Scheme {
     pub(super) original: bool,
     pub(super) debias: Debias,
@@ -40,7 +40,7 @@ pub(super) fn schemes(context: &Context, target: &Target) -> anyhow::Result<Vec<
     ];
     let (count, budget) = context.spend((16, 10_000), (32, 1_000_000));
     let scheme = |(index, (original, debias)): (usize, (bool, Debias))| {
-        // As many rays for every scheme, so that none looks steadier for having drawn more.
+        // An equal number of rays for every scheme, so that none looks steadier for having drawn more.
         let samples = (f64::from(budget) / (debias.expected_rays() + 1.0)) as usize;
         let base = if original { Warp::original(RAYS) } else { Warp::default() };
         let warp = Warp { debias, ..base };
@@ -61,7 +61,7 @@ pub(super) fn warped(warp: Warp, samples: usize, seed: u64) -> Box<dyn Method> {
     Box::new(WarpedArea { samples, construction, seed, ..WarpedArea::default() })
 }
 
-/// What the scheme is called in the figure.
+/// The scheme's name in the figure.
 pub(in crate::figures) fn name(debias: Debias) -> String {
     match debias {
         Debias::Consistent { rays } => format!("consistent, {rays} rays (biased)"),

@@ -1,4 +1,4 @@
-//! The error that every method has after a given time.
+//! Error of every method after a given time.
 
 use flatland::estimator::{Construction, EdgeSampling, FiniteDifference, Method, Rotation, WarpedArea};
 use flatland::plane::Motion;
@@ -20,24 +20,24 @@ pub(super) const TIMES: (f64, f64) = (1e-5, 10.0);
 /// Independent runs of every method.
 const RUNS: usize = 8;
 
-/// The reach of the mean over jumps, in pixels.
+/// Reach of the mean over discontinuities, in pixels.
 pub(super) const REACH: f64 = 0.6;
-/// Names that are asked for.
+/// Names used for look-up.
 pub(super) const MULTILEVEL: &str = "warped area, multilevel";
 pub(super) const JUMPS: &str = "mean over jumps";
 pub(super) const EDGES: &str = "edge sampling";
 
-/// A method with what decides its error after t seconds: error² = bias² + variance · seconds/t.
+/// A method with the parameters of its error after t seconds: error² = bias² + variance · seconds/t.
 pub(super) struct Contender {
     pub(super) name: String,
     pub(super) style: Style,
-    /// Whether it needs to be told where edges are.
+    /// Whether it needs explicit edges.
     pub(super) needs_edges: bool,
-    /// Whether theory says that it has no bias.
+    /// Whether it is unbiased in theory.
     pub(super) unbiased: bool,
     pub(super) bias: Bias,
     pub(super) spread: Spread,
-    /// Seconds a sample of one pixel.
+    /// Seconds per sample of one pixel.
     pub(super) seconds: f64,
 }
 
@@ -65,7 +65,7 @@ fn times() -> impl Iterator<Item = f64> {
     (0..=300).map(move |i| (low + (high - low) * f64::from(i) / 300.0).exp())
 }
 
-/// The front: at every time the least error of the methods that need no edges, and whose it is.
+/// The front: at every time the least error of the methods that need no edges, with that method.
 pub(super) fn front(contenders: &[Contender]) -> Vec<(f64, f64, usize)> {
     times()
         .filter_map(|time| {
@@ -142,10 +142,10 @@ impl Bench<'_> {
         Ok(Contender { name, style, needs_edges: false, unbiased: false, bias, spread, seconds })
     }
 
-    /// The bias of a fixed number of rays is measured apart, by stratification.
+    /// The bias of a fixed number of rays is measured separately, by stratification.
     fn warped(&self, name: &str, style: Style, debias: Debias) -> anyhow::Result<Contender> {
         let unbiased = debias.is_unbiased();
-        // Heavy tails need many samples before the variance is seen.
+        // Heavy tails need many samples before the variance is visible.
         let budget = if unbiased { 16_000.0 } else { 8_000.0 };
         let samples = (budget / (debias.expected_rays() + 4.0)) as usize;
         let warp = Warp { debias, ..Warp::default() };
@@ -158,7 +158,7 @@ impl Bench<'_> {
         Ok(contender)
     }
 
-    /// What finite differences compute in the mean.
+    /// The mean of finite differences.
     fn exact_difference(&self, step: f64) -> anyhow::Result<Vec<f64>> {
         let Target { scene, film, ask, .. } = self.target;
         let image = |motion: &Motion, theta: f64| -> anyhow::Result<_> {

@@ -1,5 +1,5 @@
-//! Figure 5: bias, variance and time: what a fixed number of auxiliary rays gets wrong, what it costs to
-//! set it right, and which method is best at equal time.
+//! Figure 5: bias, variance and time: the bias of a fixed number of auxiliary rays, the cost of removing it,
+//! and the best method at equal time.
 
 pub(super) mod bias;
 pub(super) mod debias;
@@ -48,7 +48,7 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     results.prose()?.section("trade", data, results.methods())
 }
 
-/// Everything measured.
+/// All measurements.
 struct Results {
     rays: Vec<Curve>,
     kappa: Vec<Curve>,
@@ -70,7 +70,7 @@ fn exponent(rate: Option<Ratio>) -> String {
     )
 }
 
-/// The missing part with so many rays.
+/// The missing part with `rays` rays.
 fn at(curve: &Curve, rays: usize) -> String {
     let found = curve.points.iter().find(|(n, _)| *n == rays as f64);
     found.map_or_else(String::new, |(_, bias)| missing(bias))
@@ -130,7 +130,7 @@ impl Results {
         )
     }
 
-    /// Writes everything and returns the names of the files.
+    /// Writes all data and returns the names of the files.
     fn write(&self, context: &Context) -> anyhow::Result<Vec<String>> {
         Ok(vec![
             context.csv("figure5_bias.csv", &self.biases())?,
@@ -140,7 +140,8 @@ impl Results {
     }
 
     fn biases(&self) -> Table {
-        // What is varied, a weight, its rays, κ, and γ if it is not the weight's own; bias, and variance if known.
+        // The varied parameter, a weight, its rays, κ, and γ if it is not the weight's own; bias, and
+        // variance if known.
         type Row<'a> = (&'a str, &'a str, [f64; 2], Option<f64>, &'a Bias, Option<f64>);
         let mut rows: Vec<Row<'_>> = vec![];
         for curve in &self.rays {
@@ -212,7 +213,7 @@ impl Results {
         )
     }
 
-    /// What every unbiased scheme costs.
+    /// Cost of every unbiased scheme.
     fn prices(&self) -> String {
         let reference = |original: bool| self.schemes.iter().find(|s| s.original == original);
         let (Some(original), Some(own)) = (reference(true), reference(false)) else { return String::new() };
@@ -231,7 +232,7 @@ fn cost(contenders: &[Contender], one: &str, other: &str) -> String {
     percent(of(one) / of(other))
 }
 
-/// "A up to 3 ms, then B, then C": who holds the front.
+/// "A up to 3 ms, then B, then C": the methods on the front.
 fn succession(contenders: &[Contender]) -> String {
     let mut parts: Vec<(usize, f64)> = vec![];
     for (time, _, index) in front(contenders) {

@@ -9,7 +9,7 @@ use super::target::{Ask, KAPPA, SIDE, Target, VERTICES};
 use crate::plot::*;
 use crate::ratio::Ratio;
 
-/// How far a bias must stand out of its noise to be drawn on a log axis, in standard errors.
+/// Ratio of bias to its noise, in standard errors, from which it is drawn on a log axis.
 const VISIBLE: f64 = 2.0;
 
 /// Picture 1: the scene, and bias against N', κ and γ.
@@ -101,7 +101,7 @@ fn gamma_axes(points: &[GammaPoint], label: &str, value: impl Fn(&GammaPoint) ->
     axes
 }
 
-/// Picture 2: what debiasing costs, and the fronts.
+/// Picture 2: the cost of debiasing, and the fronts.
 pub(super) fn trade_page(schemes: &[Scheme], forward: &[Contender], reverse: &[Contender]) -> Canvas {
     let title = "The price of no bias, and the error of every method at equal time";
     let mut figure = Figure::new(960.0, 700.0, title);
@@ -159,7 +159,7 @@ fn front_axes(contenders: &[Contender]) -> Axes {
     let best: Vec<[f64; 2]> = front(contenders).iter().map(|(t, e, _)| [*t, *e]).collect();
     axes.line(best, &Style::new(Palette::OCHRE.alpha(0.5)).width(8.0).labelled("best without edges"));
     for contender in contenders {
-        // What keeps a bias is thin.
+        // Methods with a bias have thin lines.
         let style = contender.style.clone().width(if contender.unbiased { 2.2 } else { 1.1 });
         axes.line(contender.curve(), &style.labelled(contender.name.as_str()));
     }

@@ -3,12 +3,12 @@
 use crate::figures::common::dot;
 use crate::ratio::Ratio;
 
-/// What a method computes in the mean, against the exact gradient.
+/// The mean of a method against the exact gradient.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::figures) struct Bias {
     /// 1 − slope of the mean gradient on the exact one: the part of the gradient that is missing.
     pub(in crate::figures) missing: Ratio,
-    /// ‖mean − exact‖²/‖exact‖², with the noise's own contribution taken off.
+    /// ‖mean − exact‖²/‖exact‖², with the noise's own contribution subtracted.
     pub(in crate::figures) squared: f64,
 }
 
@@ -37,7 +37,7 @@ pub(in crate::figures) fn regress(exact: &[f64], estimates: &[Vec<f64>]) -> Bias
     }
 }
 
-/// The same of an estimate without noise.
+/// The regression of an estimate without noise.
 pub(super) fn regress_exactly(exact: &[f64], estimate: &[f64]) -> Bias {
     regress(exact, &[estimate.to_vec(), estimate.to_vec()])
 }

@@ -1,4 +1,4 @@
-//! The bias of a warp to a few parts in a thousand.
+//! Bias of a warp, accurate to a few parts in a thousand.
 
 use flatland::plane::fields::scene_stencil;
 use flatland::random::{open01, stream};
@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::regression::{Bias, regress};
 use super::target::{Ask, SIDE, Target};
 
-/// Cells that one task of a thread takes on.
+/// Number of cells per task.
 const TASK: usize = 64;
 
 /// The warp of a bias and the concentration of its kernel, in 1/pixel².
@@ -23,8 +23,8 @@ impl Target {
     /// The bias of the area integral with a warp of auxiliary rays, from `batches` independent means
     /// of one sample in every cell of a partition that is finer towards silhouettes.
     ///
-    /// Stratified samples that serve all pixels at once have the same mean as the method's own and
-    /// far less variance, in which the bias of hundreds of rays would drown.
+    /// Stratified samples that serve all pixels at once have the same mean as the method's own and far less
+    /// variance, which would otherwise mask the bias of hundreds of rays.
     pub(super) fn bias(&self, kernel: Kernel, batches: usize, seed: u64) -> Bias {
         let edges: Vec<[DVec2; 2]> =
             self.scene.edges().map(|(_, edge)| edge.map(|v| self.scene.vertices()[v])).collect();
@@ -41,7 +41,7 @@ impl Target {
         regress(&self.exact, &estimates)
     }
 
-    /// What one sample in each of the cells adds to every component.
+    /// Contribution of one sample in each of the cells to every component.
     fn part(&self, kernel: Kernel, cells: &[Cell], (seed, address): (u64, u64)) -> Vec<f64> {
         let mut rng = stream(seed, &[address]);
         let mut out = vec![0.0; self.exact.len()];
@@ -49,7 +49,7 @@ impl Target {
         for cell in cells {
             let u = cell.low + cell.size * DVec2::new(open01(&mut rng), open01(&mut rng));
             let stencil = scene_stencil(&self.scene, &kernel.warp, kernel.kappa, u, &mut rng);
-            // ∇·(V h f), f constant but for its jump; less ½ everywhere, since ∫ ∇·(V h) du = 0.
+            // ∇·(V h f), f constant except for its discontinuity; less ½ everywhere, since ∫ ∇·(V h) du = 0.
             let f = self.scene.value(self.scene.hit(u).as_ref(), u).x - 0.5;
             let weight = cell.size.x * cell.size.y * f;
             // The pixels' (∇h, h) times the weight.

@@ -1,4 +1,4 @@
-//! A derivative asked of every method alike, with its exact value.
+//! The derivative that all methods estimate, with its exact value.
 
 use flatland::estimator::{Exact, Method};
 use flatland::plane::exact::Arrangement;
@@ -10,20 +10,21 @@ use crate::figures::common::{dot, seconds};
 
 /// Pixels a side.
 pub(super) const SIDE: usize = 4;
-/// The auxiliary kernel's κ wherever it is not what varies, in 1/pixel²: a width of 0.15 pixels.
+/// The auxiliary kernel's κ wherever it is not varied, in 1/pixel²: a width of 0.15 pixels.
 pub(super) const KAPPA: f64 = 44.0;
 /// Vertices of the star whose coordinates are all differentiated.
 pub(super) const VERTICES: usize = 64;
 
-/// Which derivative.
+/// The requested derivative.
 pub(super) enum Ask {
-    /// Of every pixel, for one motion: forward mode.
+    /// The derivative of every pixel, for one motion: forward mode.
     Pixels { motion: Motion, velocities: Vec<DVec2> },
-    /// Of the loss with this adjoint image, for every coordinate of every vertex: reverse mode.
+    /// The derivative of the loss with this adjoint image, for every coordinate of every vertex: reverse
+    /// mode.
     Vertices { adjoint: Image },
 }
 
-/// The derivative asked for, and its exact value.
+/// The requested derivative, and its exact value.
 pub(super) struct Target {
     pub(super) scene: Scene,
     pub(super) film: Film,
@@ -32,12 +33,12 @@ pub(super) struct Target {
     norm: f64,
 }
 
-/// How much a method varies and costs, per sample of one pixel.
+/// Variance and cost of a method, per sample of one pixel.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Spread {
     /// Σ variance/Σ exact².
     pub(super) variance: f64,
-    /// Times the scene was asked what is seen.
+    /// Number of visibility queries.
     pub(super) rays: f64,
 }
 
@@ -50,7 +51,7 @@ struct Answer {
 }
 
 impl Target {
-    /// The gradient image of a quadrilateral that moves and turns.
+    /// The gradient image of a translating and rotating quadrilateral.
     pub(super) fn image() -> anyhow::Result<Self> {
         let scene = quadrilateral()?;
         let turn = Motion::rotate([0], DVec2::new(2.2, 2.0));
@@ -98,7 +99,7 @@ impl Target {
         }
     }
 
-    /// What a method computes in the mean and how it varies, from `runs` of it that take `samples` a pixel each.
+    /// Mean and variance of a method, from `runs` runs that take `samples` a pixel each.
     pub(super) fn measure(
         &self,
         runs: usize,

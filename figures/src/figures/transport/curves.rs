@@ -49,7 +49,7 @@ pub(super) fn image(canvas: &mut Canvas, space: Rect, study: &Study) {
     let dots = Style::new(Palette::SKY).radius(1.7);
     axes.scatter(centred(once).into_iter().step_by(2), &dots);
     axes.scatter(centred(twice.iter().copied()).into_iter().step_by(2), &dots);
-    // Where the two are apart, at the right.
+    // At the right the two are well separated.
     let last = |values: &[f64], part: f64| part * values[count - 1];
     let from = 0.72 * count as f64;
     axes.note([from, last(&study.exact_image_twice, 1.22)], "two bounces", Palette::ORANGE);
@@ -110,7 +110,7 @@ fn corner(canvas: &mut Canvas, frame: Rect, lines: &[(String, Color)]) {
     }
 }
 
-/// Light that is scattered twice, by three methods without bias.
+/// Light scattered twice, by three methods without bias.
 pub(super) fn twice(canvas: &mut Canvas, space: Rect, study: &Study, edges: [bool; 2]) {
     let mut axes = methods_axes(&study.exact_twice, edges);
     for entry in study.twice.iter().rev() {

@@ -9,13 +9,13 @@ use glam::DVec2;
 
 use super::setting::{LIGHT, OCCLUDER, Setting, WALL};
 
-/// Auxiliary rays that are drawn at each direction, a fixed number: the estimator draws a random one.
+/// Number of auxiliary rays drawn at each direction, fixed; the estimator draws a random number.
 pub(super) const RAYS: usize = 32;
-/// How far a ray that meets nothing is drawn.
+/// Drawn length of a ray that meets nothing.
 const FAR: f64 = 20.0;
-/// Places at which it is noted what is seen.
+/// Number of places at which visibility is recorded.
 const PLACES: usize = 600;
-/// Kernel widths to either side that are shown.
+/// Range shown to either side, in kernel widths.
 pub(super) const REACH: f64 = 2.5;
 
 /// Distances of the drawn directions from the occluder's silhouette: a film sample's in pixels, an
@@ -23,13 +23,13 @@ pub(super) const REACH: f64 = 2.5;
 const FROM_FILM: f64 = 0.1;
 const FROM_EMITTER: f64 = 0.03;
 const FROM_SCATTERED: f64 = 0.11;
-/// Where the drawn path meets the floor, and which part of the way along the light its last ray goes.
+/// Point at which the drawn path meets the floor, and position along the light of its last ray.
 const FIRST: DVec2 = DVec2::new(3.8, 0.0);
 const LAST: f64 = 0.15;
 
 /// An auxiliary ray.
 pub(super) struct Ray {
-    /// Where it meets something.
+    /// Its end point.
     pub(super) end: DVec2,
     /// Its distance from the direction itself, in kernel widths.
     pub(super) offset: f64,
@@ -42,12 +42,12 @@ pub(super) struct Fan {
     pub(super) title: String,
     pub(super) from: DVec2,
     pub(super) rays: Vec<Ray>,
-    /// What is seen around it: intervals of kernel widths.
+    /// Shapes seen around it: intervals of kernel widths.
     pub(super) seen: Vec<([f64; 2], Option<usize>)>,
 }
 
 impl Fan {
-    /// Where what is seen jumps.
+    /// Discontinuities of the shape seen.
     fn jumps(&self) -> impl Iterator<Item = f64> + '_ {
         self.seen.iter().skip(1).map(|([from, _], _)| *from)
     }
@@ -58,8 +58,8 @@ impl Fan {
         rays
     }
 
-    /// What the heaviest so many rays hold of the weight, and how far from a jump the farthest of them
-    /// is, in kernel widths.
+    /// Share of the weight held by the heaviest `count` rays, and the distance from a discontinuity of the
+    /// farthest of them, in kernel widths.
     pub(super) fn heaviest(&self, count: usize) -> (f64, f64) {
         let rays: Vec<&Ray> = self.lightest_first().into_iter().rev().take(count).collect();
         let to_jump = |ray: &&Ray| self.jumps().map(|j| (j - ray.offset).abs()).fold(f64::INFINITY, f64::min);
@@ -67,11 +67,11 @@ impl Fan {
     }
 }
 
-/// Everything drawn into the world.
+/// The path and rays drawn into the world.
 pub(super) struct DrawnPath {
     /// The camera, the floor, the wall and the light.
     pub(super) points: [DVec2; 4],
-    /// Where the ray from the floor's point meets the light.
+    /// End of the ray from the floor's point on the light.
     pub(super) lit: DVec2,
     /// A film sample beside the silhouette; the path's emitter ray, scattered ray and last emitter ray.
     pub(super) fans: Vec<Fan>,
@@ -150,8 +150,8 @@ impl Draw<'_> {
         Fan { title: title.to_owned(), from: camera.position, rays, seen }
     }
 
-    /// With the angle to the nearer end of what is hit as the distance to a jump; the estimator takes the sine of it,
-    /// the same to first order.
+    /// The angle to the nearer end of the shape hit serves as the distance to a discontinuity; the estimator
+    /// takes its sine, which is equal to first order.
     fn surface(&self, title: &str, index: u64, origin: Origin, direction: DVec2, kappa: f64) -> Fan {
         let world = &self.setting.world;
         let width = kappa.sqrt().recip();

@@ -79,26 +79,26 @@ fn methods_page(study: &Study) -> Canvas {
         curves::method(&mut figure.canvas, space, study, entry, [i % 3 == 0, i / 3 + 1 == rows]);
     }
     let last = study.entries.len();
-    // All that is left of its row.
+    // The rest of its row.
     let rest = Rect { width: figure.body.right() - cells[last].x, ..cells[last] };
     let space = figure.panel(rest, "two bounces (exact: radiosity)");
     curves::twice(&mut figure.canvas, space, study, [last.is_multiple_of(3), true]);
     figure.canvas
 }
 
-/// Standard errors on either side that a band shows.
+/// Half width of a band in standard errors.
 const BAND: f64 = 2.0;
 
 /// The part of the largest derivative below which one is negligible.
 const NEGLIGIBLE: f64 = 0.05;
-/// So many rays of a direction are its heaviest.
+/// Number of rays of a direction that count as its heaviest.
 const HEAVIEST: usize = RAYS / 4;
 
-/// Everything the words follow from.
+/// Data of the text.
 struct Results<'a> {
     study: &'a Study,
     path: &'a DrawnPath,
-    /// Of the world.
+    /// Number of vertices of the world.
     vertices: usize,
 }
 

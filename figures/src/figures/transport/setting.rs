@@ -1,4 +1,4 @@
-//! The flat world of the figure: a light, an occluder that moves, a floor and a wall.
+//! The flat world of the figure: a light, a moving occluder, a floor and a wall.
 
 use std::f64::consts::TAU;
 
@@ -20,10 +20,10 @@ const PIXELS: usize = 48;
 const CORNERS: usize = 6;
 const RADIUS: f64 = 0.55;
 const CENTRE: DVec2 = DVec2::new(4.9, 1.8);
-/// What it swings about.
+/// The pivot of its rotation.
 pub(super) const PIVOT: DVec2 = DVec2::new(4.9, 3.4);
 
-/// A world before its camera, and the derivative asked for.
+/// A world before its camera, and the requested derivative.
 pub(super) struct Setting {
     pub(super) world: World,
     pub(super) camera: Camera,
@@ -55,13 +55,13 @@ impl Setting {
         points.iter().sum::<DVec2>() / points.len() as f64
     }
 
-    /// The shape that is hit, if any is.
+    /// The shape hit, if any.
     pub(super) fn shape(&self, hit: Option<&Hit>) -> Option<usize> {
         hit.map(|h| self.world.segments()[h.segment].shape)
     }
 
-    /// The smallest and the largest angle at which a shape is seen from a point. It must not lie
-    /// across the direction −x.
+    /// The smallest and the largest angle at which a shape is seen from a point. It must not lie across the
+    /// direction −x.
     pub(super) fn silhouette(&self, shape: usize, from: DVec2) -> [f64; 2] {
         let points = self.world.shapes()[shape].points();
         let angles = || points.iter().map(|p| (p - from).to_angle());
@@ -87,7 +87,7 @@ impl Setting {
     }
 }
 
-/// What a shape, or the environment, is called, and its colour.
+/// Name and colour of a shape, or of the environment.
 pub(super) fn looks(shape: Option<usize>) -> (&'static str, Color) {
     match shape {
         Some(FLOOR) => ("floor", Color::hex(0x8a_8f_96)),

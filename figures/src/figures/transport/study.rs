@@ -21,22 +21,22 @@ const FIGURE: u64 = 7;
 pub(super) const STEP: f64 = 0.01;
 /// Auxiliary rays without debiasing.
 pub(super) const FIXED: usize = 16;
-/// Names that are asked for.
+/// Names used for look-up.
 pub(super) const WARPED: &str = "warped area";
 pub(super) const CONSISTENT: &str = "warped area, 16 rays";
 pub(super) const EDGES: &str = "edge sampling";
 pub(super) const JUMPS: &str = "mean over jumps";
 /// Its reach, in kernel widths.
 pub(super) const REACH: f64 = 8.0;
-/// Points from which the rotation method chooses what it follows.
+/// Points from which the rotation method chooses the one to follow.
 const CANDIDATES: usize = 4;
 /// Fineness of the radiosity solution and of its quadrature over the film.
 const PARTS: usize = 1;
 const TOLERANCE: f64 = 1e-8;
-/// Samples a pixel from which the rays of a sample are counted.
+/// Samples a pixel of the pilot that counts the rays of a sample.
 const PILOT: usize = 16;
 
-/// What a method is called, how it is drawn, and in a few words what is known of it.
+/// Name, appearance and short description of a method.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Looks {
     pub(super) name: &'static str,
@@ -50,11 +50,11 @@ pub(super) struct Entry {
     pub(super) samples: usize,
     pub(super) seconds: f64,
     pub(super) image: GradientImage,
-    /// With the exact derivative.
+    /// Agreement with the exact derivative.
     pub(super) agreement: Agreement,
 }
 
-/// Everything measured.
+/// All measurements.
 pub(super) struct Study {
     /// Mean and standard error of every pixel's radiance with one and with two bounces.
     pub(super) images: [Vec<[f64; 2]>; 2],
@@ -68,9 +68,9 @@ pub(super) struct Study {
     /// The slope of the exact images' central difference on the exact derivative: the bias of the step alone.
     pub(super) exact_difference: f64,
     pub(super) entries: Vec<Entry>,
-    /// Three unbiased methods on light that is scattered up to twice.
+    /// Three unbiased methods on light scattered up to twice.
     pub(super) twice: [Entry; 3],
-    /// Rays that every method was given.
+    /// Rays given to every method.
     pub(super) rays: u64,
 }
 
@@ -141,7 +141,7 @@ fn paths(bounces: usize) -> Paths {
 /// A method for a number of samples and a seed.
 type Build = Box<dyn Fn(usize, u64) -> Box<dyn Method>>;
 
-/// All methods, for light that is scattered at most `bounces` times.
+/// All methods, for light scattered at most `bounces` times.
 fn methods(bounces: usize) -> Vec<(Looks, Build)> {
     let paths = paths(bounces);
     let warped = move |construction| -> Build {
@@ -186,7 +186,7 @@ impl Bench<'_> {
         exact: &[f64],
     ) -> anyhow::Result<Entry> {
         let Setting { world, camera, change } = self.setting;
-        // Seeds of their own, so that methods can be compared with each other.
+        // Separate seeds, so that methods can be compared with each other.
         let seed = seed_of(self.seed, &[FIGURE, index]);
         let pilot = method(PILOT, seed).forward(world, camera, change)?;
         let samples = ((PILOT as u64 * self.rays) as f64 / pilot.rays as f64).round().max(2.0) as usize;

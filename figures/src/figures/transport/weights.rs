@@ -1,4 +1,4 @@
-//! The weight of every auxiliary ray, over what it sees.
+//! The weight of every auxiliary ray, over the shapes seen.
 
 use glam::DVec2;
 

@@ -8,7 +8,7 @@ use super::setting::{FLOOR, LIGHT, OCCLUDER, PIVOT, Setting, WALL, looks};
 use crate::figures::common::{display, largest};
 use crate::plot::{Align, Canvas, Color, Height, Palette, Pen, Rect, TextStyle, View};
 
-/// The part of the world that is shown.
+/// The shown part of the world.
 pub(super) const LOW: DVec2 = DVec2::new(0.25, -0.5);
 pub(super) const HIGH: DVec2 = DVec2::new(9.95, 6.05);
 /// Distance of the film from the pinhole and its thickness on the page.
@@ -19,17 +19,17 @@ const STRIP: f64 = 9.0;
 /// Side of the enlarged part on the page, and how much larger it is.
 const LENS: f64 = 84.0;
 const ENLARGED: f64 = 25.0;
-/// A ray of so many times the mean weight is drawn strongest.
+/// Multiple of the mean weight from which a ray is drawn strongest.
 const HEAVY: f64 = 3.0;
 
-/// How a ray of this share of the weight is drawn.
+/// The pen of a ray with this share of the weight.
 pub(super) fn pen(share: f64) -> Pen {
     let relative = (share * RAYS as f64 / HEAVY).min(1.0);
     let color = Color::hex(0x9a_a0_a8).mix(Palette::VERMILION, relative.sqrt() as f32);
     Pen::new(color.alpha(0.45 + 0.55 * relative as f32), 0.5 + 2.3 * relative)
 }
 
-/// Draws it; `image` is the film's radiance.
+/// Draws the world; `image` is the film's radiance.
 pub(super) fn draw(canvas: &mut Canvas, space: Rect, setting: &Setting, path: &DrawnPath, image: &[f64]) {
     let view = View::upward(LOW, HIGH, space);
     canvas.clipped(space, |canvas| {
@@ -59,7 +59,7 @@ impl Picture<'_> {
         &self.setting.camera
     }
 
-    /// The point of the film where u lies.
+    /// The point of the film at coordinate u.
     fn on_film(&self, u: f64, distance: f64) -> DVec2 {
         let camera = self.camera();
         let direction = camera.direction(u);
@@ -167,7 +167,7 @@ impl Picture<'_> {
         say("film", self.camera().position + 1.3 * FILM * end, [0.0, -9.0], &centred);
     }
 
-    /// What the lines mean.
+    /// The legend of the lines.
     fn key(&self, canvas: &mut Canvas, space: Rect) {
         let style = TextStyle::new(10.0, Color::INK).anchored(Align::Left, Height::Middle);
         let mean = 1.0 / RAYS as f64;

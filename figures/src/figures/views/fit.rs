@@ -1,4 +1,4 @@
-//! A fit of a mesh to its views, and what it measures.
+//! A fit of a mesh to its views, and its measurements.
 
 use std::time::Instant;
 
@@ -18,32 +18,33 @@ use crate::space::Clock;
 use crate::space::chamfer::chamfer;
 use crate::space::target::DIAGONAL;
 
-/// λ of the large steps on a mesh of so many vertices; it grows with their number, for the same smoothness in space.
+/// λ of the large steps, and the number of vertices that it refers to; λ grows with their number, for the
+/// same smoothness in space.
 pub(super) const LAMBDA: (f64, usize) = (6.0, 2562);
 /// Adam's rate at the first step and at the last, in scene units. Smoothing leaves a small part of it.
 pub(super) const RATES: [f64; 2] = [0.2, 0.02];
-/// How slowly Adam forgets squares: gradients shrink by orders of magnitude during so short a fit.
+/// Adam's decay rate for squared gradients: gradients shrink by orders of magnitude during so short a fit.
 const BETA2: f64 = 0.95;
-/// Resolutions that the loss compares.
+/// Number of resolutions that the loss compares.
 pub(super) const LEVELS: usize = 4;
 
-/// How much a fit may spend.
+/// Effort of a fit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Effort {
     /// The film's side in pixels.
     pub(super) side: usize,
     pub(super) views: usize,
-    /// Views of which each step sees the gradient.
+    /// Views per step of the gradient.
     pub(super) batch: usize,
     /// Steps on the first mesh, and on each that is twice as fine as the one before.
     pub(super) phases: &'static [usize],
     /// Samples a pixel of a step's image and of its gradient.
     pub(super) samples: [usize; 2],
-    /// Samples a pixel of targets and of what is shown.
+    /// Samples a pixel of targets and of shown images.
     pub(super) shown: usize,
     /// Points on each surface, for distances between them.
     pub(super) points: usize,
-    /// Steps between two frames, and two distances of the curve.
+    /// Steps between two frames, and between two distances of the curve.
     pub(super) every: usize,
     pub(super) coarse: bool,
 }
@@ -80,7 +81,7 @@ impl Effort {
     }
 }
 
-/// Processor seconds by what they were spent on.
+/// Processor seconds by activity.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Seconds {
     /// Moving the scene to new parameters.
@@ -89,7 +90,7 @@ pub(super) struct Seconds {
     pub(super) gradient: f64,
     /// Losses, large steps and Adam.
     pub(super) optimiser: f64,
-    /// That passed on the clock on the wall, with all that is measured besides.
+    /// Elapsed wall-clock time, measurements included.
     pub(super) wall: f64,
 }
 
@@ -99,14 +100,14 @@ impl Seconds {
     }
 }
 
-/// A view that is shown: target, start and fit.
+/// A shown view: target, start and fit.
 pub(super) struct Shown {
     pub(super) target: Vec<DVec3>,
     pub(super) start: Vec<DVec3>,
     pub(super) fit: Vec<DVec3>,
 }
 
-/// What a fit was at a step.
+/// State of a fit at a step.
 pub(super) struct Moment {
     pub(super) step: usize,
     /// Chamfer distance in parts of the target's diagonal.
@@ -119,18 +120,19 @@ pub(super) struct Fit {
     pub(super) subject: Subject,
     pub(super) light: Light,
     pub(super) effort: Effort,
-    /// A view that the fit knows, and one that it does not.
+    /// A view used by the fit, and one held out.
     pub(super) shown: [Shown; 2],
     /// The loss of every step, of its views.
     pub(super) losses: Vec<f64>,
     pub(super) moments: Vec<Moment>,
-    /// The mean of |I − T| on held-out views: of the start, of the fit, and of the target itself by other samples.
+    /// The mean of |I − T| on held-out views: of the start, of the fit, and of the target itself by other
+    /// samples.
     pub(super) held_out: [f64; 3],
     pub(super) seconds: Seconds,
     pub(super) mesh: Mesh,
 }
 
-/// Views that no step sees.
+/// Number of held-out views.
 const HELD_OUT: usize = 4;
 /// Streams of random numbers.
 const TARGETS: u64 = 1;
@@ -138,7 +140,7 @@ const ORDER: u64 = 2;
 const STEPS: u64 = 3;
 const LOOKS: u64 = 4;
 
-/// Cameras with what they see.
+/// Cameras with their target images.
 struct Views {
     cameras: Vec<Camera>,
     targets: Vec<Image>,
@@ -236,7 +238,7 @@ impl Fit {
     }
 }
 
-/// Every view once in each round, in an order drawn anew.
+/// Order of the views: each once per round, reshuffled for every round.
 struct Order {
     seed: u64,
     views: usize,
@@ -309,7 +311,7 @@ impl Run<'_> {
                 loss += of_view / self.effort.batch as f64;
                 self.seconds.optimiser += clock.seconds();
                 let clock = Clock::start();
-                // The samples of a gradient are others than those of an image at its seed.
+                // At one seed, the samples of a gradient differ from those of an image.
                 let method = WarpedArea { samples, seed, ..WarpedArea::default() };
                 let by_scene = method.reverse(scene, &adjoint, &active, &Progress::none())?.by_parameter;
                 let by_x = parameters.gradient(scene, &x, &by_scene);

@@ -100,7 +100,7 @@ fn prose(context: &Context, fits: &[Fit]) -> anyhow::Result<Prose> {
     )
 }
 
-/// The Chamfer distance that was hoped for, in parts of the diagonal, and minutes on two cores.
+/// The target Chamfer distance, in parts of the diagonal, and minutes on two cores.
 const GOAL: [f64; 2] = [0.005, 15.0];
 
 fn summary(fits: &[Fit]) -> Table {

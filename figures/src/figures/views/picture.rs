@@ -10,12 +10,12 @@ use crate::space::picture::{gradient, radiance};
 /// Side of a picture on the page: of 128 pixels, each is two device pixels wide.
 const SIDE: f64 = 128.0;
 const GAP: f64 = 8.0;
-/// Room above the pictures for what they are.
+/// Room above the pictures for their headings.
 const HEADS: f64 = 17.0;
 /// Room on the right for the colour bar.
 const BAR: f64 = 58.0;
 const PLOTS: f64 = 215.0;
-/// The difference of luminance at which colours end.
+/// Luminance difference at the ends of the colour scale.
 const LIMIT: f64 = 0.25;
 
 const COLORS: [Color; 4] = [Palette::BLUE, Palette::SKY, Palette::VERMILION, Palette::ORANGE];
@@ -55,7 +55,7 @@ pub(super) fn draw(fits: &[Fit]) -> Canvas {
     figure.canvas
 }
 
-/// The places of a row's pictures: four of a view that the fit knows, and three of one that it does not.
+/// The cells of a row's pictures: four of a view used by the fit, and three of a held-out one.
 fn cells(row: Rect) -> Vec<Rect> {
     (0..7)
         .map(|i| {

@@ -1,4 +1,4 @@
-//! The scenes in which a shape is seen, and the cameras around it.
+//! Scenes that contain a shape, and the cameras around it.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -6,14 +6,14 @@ use glam::{DAffine3, DVec3};
 use volume3d::geometry::Mesh;
 use volume3d::scene::{Camera, Description, Environment, Film, Filter, Integrator, Material, Scene};
 
-/// How far cameras are from the middle of the shape.
+/// Distance of the cameras from the middle of the shape.
 const DISTANCE: f64 = 4.0;
-/// How wide they see it alone, and with its shadow.
+/// Fields of view: of the shape alone, and with its shadow.
 const FIELDS_OF_VIEW: [f64; 2] = [0.5, 0.62];
-/// Where the floor is; the shape hovers over it.
+/// Height of the floor; the shape hovers over it.
 const FLOOR: f64 = -1.1;
 
-/// What is seen beside the shape.
+/// Surroundings of the shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Light {
     /// Nothing: the shape alone in an even light from everywhere.
@@ -32,8 +32,8 @@ impl Light {
         }
     }
 
-    /// Cameras that look at the shape, spread evenly: around a shape alone from everywhere, over a floor from above and a little
-    /// from below. `turn` turns them all about the vertical, in radians.
+    /// Cameras that look at the shape, spread evenly: around a shape alone from everywhere, over a floor from
+    /// above and a little from below. `turn` rotates them all about the vertical, in radians.
     pub(super) fn cameras(self, count: usize, turn: f64) -> Vec<Camera> {
         let (heights, at, field_of_view) = match self {
             Self::Even => ([-0.95, 0.95], DVec3::ZERO, FIELDS_OF_VIEW[0]),

@@ -1,4 +1,4 @@
-//! What is fitted, and what a fit starts from.
+//! Target shapes, and the initial meshes of fits.
 
 use std::collections::HashMap;
 use std::f64::consts::TAU;
@@ -27,12 +27,12 @@ impl Subject {
         }
     }
 
-    /// What is to be found, smooth, about the origin.
+    /// The target, smooth, about the origin.
     pub(super) fn target(self) -> anyhow::Result<Mesh> {
         let mesh = match self {
             Self::Bunny => target::bunny()?,
             Self::Ring => target::placed(tube([120, 48], |u, v| {
-                // Three waves around a ring, whose oval section turns once and a half on the way.
+                // Three waves around a ring, whose oval section makes one and a half turns on the way.
                 let (away, up) = (DVec3::new(u.cos(), 0.0, u.sin()), DVec3::Y);
                 let centre = (0.75 + 0.1 * (3.0 * u).cos()) * away + 0.22 * (3.0 * u).sin() * up;
                 let (turn, radius) = (1.5 * u, 0.24 * (1.0 + 0.25 * (u + 1.0).cos()));
@@ -44,7 +44,7 @@ impl Subject {
         Ok(mesh.smooth())
     }
 
-    /// What a fit starts from, of the target's genus: the coarsest mesh of all.
+    /// The initial mesh of a fit, of the target's genus: the coarsest mesh of all.
     pub(super) fn start(self, coarse: bool) -> anyhow::Result<Mesh> {
         Ok(match self {
             Self::Bunny => sphere(0.5, if coarse { 2 } else { 3 })?.smooth(),
@@ -72,7 +72,7 @@ fn tube([around, across]: [usize; 2], at: impl Fn(f64, f64) -> DVec3) -> anyhow:
     Ok(Mesh::new(positions, triangles)?)
 }
 
-/// An icosahedron whose faces are split in four so many times, on a sphere.
+/// An icosahedron whose faces are split in four `levels` times, on a sphere.
 fn sphere(radius: f64, levels: usize) -> anyhow::Result<Mesh> {
     let golden = 0.5 * (1.0 + 5.0_f64.sqrt());
     let corners: Vec<DVec3> = [(-1.0, golden), (1.0, golden), (-1.0, -golden), (1.0, -golden)]
@@ -95,7 +95,7 @@ fn sphere(radius: f64, levels: usize) -> anyhow::Result<Mesh> {
     Ok(mesh.with_positions(on_sphere)?)
 }
 
-/// Every triangle in four, by the middles of its edges: the same surface.
+/// Every triangle split in four, by the middles of its edges: the same surface.
 pub(super) fn subdivided(mesh: &Mesh) -> anyhow::Result<Mesh> {
     let mut positions = mesh.positions().to_vec();
     let mut middles = HashMap::new();
