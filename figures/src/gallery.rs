@@ -1,4 +1,4 @@
-//! The gallery: every picture and study on one page, which needs nothing but the files beside it.
+//! The gallery: every picture and study on one self-contained page with its files beside it.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -9,7 +9,7 @@ use glam::DVec2;
 use crate::output::{Cell, Table, write_bytes};
 use crate::plot::Rect;
 
-/// How the page looks.
+/// Style sheet of the page.
 const STYLE: &str = include_str!("gallery.css");
 
 /// A picture of a section.
@@ -17,16 +17,16 @@ const STYLE: &str = include_str!("gallery.css");
 pub(crate) struct Picture {
     /// File name in the gallery's folder (PNG, animated or not).
     pub(crate) file: String,
-    /// What the picture shows, for readers who cannot see it. Plain text.
+    /// Description of the picture for readers who cannot see it. Plain text.
     pub(crate) alt: String,
     /// Text under the picture; may be empty. HTML on the page.
     pub(crate) caption: String,
 }
 
-/// What the page needs to know of a picture's file.
+/// Layout data of a picture's file.
 #[derive(Clone, Debug)]
 pub(crate) struct Drawing {
-    /// In logical pixels.
+    /// Size in logical pixels.
     pub(crate) size: DVec2,
     /// Panels that narrow screens show one below the other.
     pub(crate) parts: Vec<Rect>,
@@ -39,11 +39,11 @@ pub(crate) struct Section {
     pub(crate) id: String,
     /// Heading. Plain text.
     pub(crate) title: String,
-    /// One sentence: what the pictures show. HTML.
+    /// One sentence on the content of the pictures. HTML.
     pub(crate) lead_html: String,
-    /// What to make of it, in a paragraph or two. HTML.
+    /// Explanation in a paragraph or two. HTML.
     pub(crate) explanation_html: String,
-    /// How it was measured, and all numbers. HTML.
+    /// Measurement procedure and all numbers. HTML.
     pub(crate) details_html: String,
     /// Displayed formula.
     pub(crate) formula_mathml: String,
@@ -51,7 +51,7 @@ pub(crate) struct Section {
     pub(crate) pictures: Vec<Picture>,
     /// File names in the gallery's folder, linked.
     pub(crate) data: Vec<String>,
-    /// Numbers worth reading on the page.
+    /// Main numbers, shown on the page.
     pub(crate) table: Table,
 }
 
@@ -60,13 +60,15 @@ pub(crate) fn dark_file(file: &str) -> String {
     format!("dark_{file}")
 }
 
-/// Panels wider than this, in logical pixels, are moved sideways on narrow screens instead of shrunk.
+/// Panel width in logical pixels above which narrow screens scroll instead of shrink.
 const WIDE: f64 = 560.0;
 
-/// How many times their size panels grow on narrow screens, at most.
+/// Maximum magnification of panels on narrow screens.
 const LARGER: f64 = 1.25;
 
-/// Writes `index.html` into a folder where pictures and data stand already. The opening is what a reader meets first; its pictures are shown if
+/// Writes `index.html` into a folder that already has the pictures and data. The opening comes first; its
+/// pictures are shown if they were drawn, and its details, with links to all figures, on a page of more than
+/// one.
 /// they were drawn, and its details, with links to all figures, on a page of more than one.
 pub(crate) fn write(
     folder: &Path,
@@ -133,7 +135,7 @@ impl Page<'_> {
         ))
     }
 
-    /// The whole picture, and its panels for narrow screens: each the same file, moved behind a window.
+    /// The whole picture, and its panels for narrow screens: each the same file, shifted behind a window.
     fn picture(&self, picture: &Picture) -> Result<String> {
         let drawing =
             self.drawings.get(&picture.file).with_context(|| format!("{} was not drawn", picture.file))?;
@@ -167,7 +169,7 @@ impl Page<'_> {
     }
 }
 
-/// A picture in light and dark.
+/// A picture in a light and a dark version.
 fn image_html(file: &str, alt: &str, size: DVec2, style: &str) -> String {
     let (light, dark) = (escape(file), escape(&dark_file(file)));
     format!(
@@ -195,7 +197,7 @@ fn table_html(table: &Table) -> String {
     )
 }
 
-/// Text with the characters that mean something in HTML made harmless, in attributes too.
+/// Text with the special characters of HTML escaped, for attributes too.
 fn escape(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")

@@ -50,7 +50,7 @@ enum Command {
     Peers(Box<peers::Options>),
 }
 
-/// The names of all figures, with what they show.
+/// The names of all figures with their descriptions.
 fn choices() -> PossibleValuesParser {
     let all = PossibleValue::new("all").help("Every figure, and the gallery page");
     let one = |(index, figure): (usize, &figures::Figure)| {

@@ -1,5 +1,5 @@
-//! Files of results. Each is encoded in memory, written beside its place under a temporary name and
-//! renamed, so that whoever finds a file finds it whole, whenever the program was interrupted.
+//! Result files. Each is encoded in memory, written beside its place under a temporary name and renamed, so
+//! that any file found is complete, whenever the program was interrupted.
 
 use std::{
     fs,
@@ -24,7 +24,7 @@ pub(crate) enum Cell {
 }
 
 impl Cell {
-    /// The entry as a reader wants it: three significant digits.
+    /// The entry for readers: three significant digits.
     pub(crate) fn shown(&self) -> String {
         match self {
             Self::Text(text) => text.clone(),
@@ -33,7 +33,7 @@ impl Cell {
         }
     }
 
-    /// The entry as a program wants it: the shortest digits that read back as the same number.
+    /// The entry for programs: the shortest digits that read back as the same number.
     fn exact(&self) -> String {
         match self {
             Self::Text(text) => text.clone(),
@@ -80,19 +80,19 @@ type Column<'a, T> = (&'a str, &'a dyn Fn(&T) -> Cell);
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Table {
     pub(crate) header: Vec<String>,
-    /// Entries, as many in each row as there are columns.
+    /// Entries, one per column in each row.
     pub(crate) rows: Vec<Vec<Cell>>,
 }
 
 impl Table {
-    /// A row for each of `items`, and for every column its name and what stands in it.
+    /// One row per item; each column has a name and a function for its entry.
     pub(crate) fn of<T>(items: impl IntoIterator<Item = T>, columns: &[Column<'_, T>]) -> Self {
         let header = columns.iter().map(|(name, _)| (*name).to_owned()).collect();
         let row = |item: T| columns.iter().map(|(_, cell)| cell(&item)).collect();
         Self { header, rows: items.into_iter().map(row).collect() }
     }
 
-    /// The table in Markdown, with numbers as readers want them.
+    /// The table in Markdown, with numbers formatted for readers.
     pub(crate) fn markdown(&self) -> String {
         let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
         let rule = self.header.iter().map(|_| "---".to_owned()).collect();
@@ -106,7 +106,7 @@ impl Table {
     }
 }
 
-/// Puts `bytes` at `path` in one step, making its folder if need be.
+/// Writes `bytes` to `path` atomically, creating its folder if needed.
 pub(crate) fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     fs::create_dir_all(folder).with_context(|| format!("making the folder {}", folder.display()))?;
@@ -128,7 +128,7 @@ pub(crate) fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
     write().with_context(|| format!("writing {}", path.display()))
 }
 
-/// How the pixels of a drawing are taken from it.
+/// Conversion of a drawing to pixels.
 pub(crate) type Pixels = fn(&Canvas) -> Vec<u8>;
 
 /// Writes a drawing as PNG.
@@ -152,8 +152,8 @@ fn png_encoder<'a>(bytes: &'a mut Vec<u8>, canvas: &Canvas) -> png::Encoder<'sta
     encoder
 }
 
-/// Writes drawings of one size as an animated PNG that repeats for ever, each shown for
-/// `milliseconds`. After the first, a frame stores only the rectangle that changed.
+/// Writes drawings of one size as an animated PNG that repeats for ever, each shown for `milliseconds`. After
+/// the first, a frame stores only the rectangle that changed.
 pub(crate) fn write_animation(
     path: &Path,
     frames: &[Canvas],
@@ -173,7 +173,7 @@ pub(crate) fn write_animation(
             let (next, width) = (pixels(frame), frame.pixmap().width() as usize);
             let [x, y, w, h] = changed(&shown, &next, width);
             let rows = (y..y + h).map(|row| &next[3 * (row * width + x)..][..3 * w]);
-            // The position is checked against the size in force, so it moves home first.
+            // The position is checked against the size in force, so it is reset first.
             writer.reset_frame_position()?;
             writer.set_frame_dimension(w.try_into()?, h.try_into()?)?;
             writer.set_frame_position(x.try_into()?, y.try_into()?)?;
@@ -186,7 +186,7 @@ pub(crate) fn write_animation(
     write_bytes(path, &encode().with_context(|| format!("encoding {}", path.display()))?)
 }
 
-/// The smallest rectangle [x, y, width, height] that holds all differences; one pixel if there are none.
+/// The smallest rectangle [x, y, width, height] that contains all differences; one pixel if there are none.
 fn changed(before: &[u8], after: &[u8], width: usize) -> [usize; 4] {
     let (mut low, mut high) = ([usize::MAX; 2], [0; 2]);
     for (i, (a, b)) in before.chunks_exact(3).zip(after.chunks_exact(3)).enumerate() {
@@ -215,7 +215,7 @@ pub(crate) fn write_csv(path: &Path, table: &Table) -> Result<()> {
     write_bytes(path, &encode().with_context(|| format!("encoding {}", path.display()))?)
 }
 
-/// Writes linear RGB values in rows of `width`, signed ones too, as OpenEXR in single precision.
+/// Writes linear RGB values in rows of `width`, including signed ones, as OpenEXR in single precision.
 pub(crate) fn write_exr(path: &Path, width: usize, pixels: &[[f32; 3]]) -> Result<()> {
     let (columns, rows) = (u32::try_from(width)?, u32::try_from(pixels.len() / width)?);
     let buffer = ImageBuffer::<Rgb<f32>, _>::from_raw(columns, rows, pixels.as_flattened().to_vec());
@@ -242,7 +242,7 @@ mod tests {
             assert_eq!(fs::read_to_string(&path).unwrap(), text);
         }
         assert_eq!(fs::read_dir(path.parent().unwrap()).unwrap().count(), 1);
-        // A folder stands where the file should go: the error names the file, nothing is left over.
+        // A folder occupies the file's path: the error names the file, and no temporary file remains.
         let error = format!("{:#}", write_bytes(path.parent().unwrap(), b"x").unwrap_err());
         assert!(error.contains("deeper"), "{error}");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);

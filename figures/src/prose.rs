@@ -1,9 +1,10 @@
-//! What a figure says: a Markdown file beside its code, in which measured numbers have names.
+//! Text of a figure: a Markdown file beside its code, in which measured numbers have names.
 //!
-//! The file's paragraphs are its title (`# …`), one sentence that says what is seen (`> …`), its text, one displayed formula
-//! (`$$ … $$`), and the pictures: each a paragraph that begins with `![what is seen](file.png)` and goes on with the caption. Text after
-//! a paragraph `---` is for those who want the numbers. `{name}` stands for what the
-//! figure measured; a name that only one side knows is an error. Formulas are TeX, and have no names in them.
+//! The file's paragraphs are its title (`# …`), one sentence on the content (`> …`), its text, one displayed
+//! formula (`$$ … $$`), and the pictures: each a paragraph that begins with `![what is seen](file.png)` and
+//! continues with the caption. Text after a paragraph `---` is the section of detailed numbers. `{name}`
+//! stands for a measured value; a name known to only one side is an error. Formulas are TeX, and have no
+//! names in them.
 
 use std::fmt::Display;
 
@@ -86,7 +87,8 @@ impl Prose {
     }
 }
 
-/// The text with values for its `{name}`s. Indices of drawn text, `_{…}` and `^{…}`, and formulas stay as they are.
+/// The text with values for its `{name}`s. Indices of drawn text, `_{…}` and `^{…}`, and formulas are
+/// unchanged.
 fn filled(text: &str, value: &mut dyn FnMut(&str) -> Result<String>) -> Result<String> {
     let mut filled = String::new();
     for (i, piece) in text.split('$').enumerate() {
@@ -183,7 +185,7 @@ mod tests {
         assert!(error("{n").contains("no end") && error("{n} $\\nothing$").contains("\\nothing"));
     }
 
-    /// In every figure's folder the Markdown and the code name the same values, and all formulas are TeX.
+    /// The Markdown and the code in every figure's folder use the same names, and all formulas are TeX.
     #[test]
     fn every_figure_fills_its_text() {
         let figures = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/figures");

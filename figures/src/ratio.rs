@@ -1,4 +1,4 @@
-//! Measured numbers.
+//! Measured numbers with standard errors.
 
 /// A number with its standard error.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -22,7 +22,7 @@ impl Ratio {
         Self { value, error: value.abs() * (self.error / self.value).hypot(other.error / other.value) }
     }
 
-    /// The same in another unit, which has no error.
+    /// The number in another unit, whose factor has no error.
     pub(crate) fn scaled(self, factor: f64) -> Self {
         Self { value: factor * self.value, error: factor * self.error }
     }

@@ -47,12 +47,12 @@ impl FilterName {
     }
 }
 
-/// The word that options and files use.
+/// The word for a value in options and files.
 pub(super) fn word(value: impl ValueEnum) -> String {
     value.to_possible_value().map_or_else(String::new, |name| name.get_name().to_owned())
 }
 
-/// What a group of comparable measurements has in common.
+/// Common properties of a group of comparable measurements.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Group {
     pub(super) scene: String,
@@ -67,7 +67,8 @@ impl fmt::Display for Group {
 }
 
 impl Group {
-    /// The group of a file called `SCENE_FILTER_grad.npy` or, with interpolated normals, `SCENE_FILTER_vn_grad.npy`.
+    /// The group of a file called `SCENE_FILTER_grad.npy` or, with interpolated normals,
+    /// `SCENE_FILTER_vn_grad.npy`.
     fn of_file(name: &str) -> Option<Self> {
         let rest = name.strip_suffix("_grad.npy")?;
         let (rest, normals) =
@@ -96,11 +97,11 @@ impl Group {
     }
 }
 
-/// Everything a measurement needs.
+/// Scene, parameter and reference of a measurement.
 pub(super) struct Case {
     pub(super) scene: Scene,
     pub(super) change: Tangent,
-    /// The step that suits finite differences.
+    /// A suitable step for finite differences.
     pub(super) step: f64,
     pub(super) reference: Reference,
     /// The mean of the reference image.
@@ -172,7 +173,7 @@ enum Kind {
     Rotate,
 }
 
-/// The change that θ means, and the step of finite differences.
+/// The tangent with respect to θ, and the step of finite differences.
 fn parameter(text: &str, scene: &Scene) -> anyhow::Result<(Tangent, f64)> {
     let Theta { kind, axis, center, meshes, fd_step } = serde_json::from_str(text)?;
     let axis = DVec3::from(axis);

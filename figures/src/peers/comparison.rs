@@ -1,4 +1,4 @@
-//! The tables: our methods beside the best of what other systems were measured to do, at equal times.
+//! Tables that compare our methods with the best stored measurements of other systems, at equal times.
 
 use super::case::{Group, word};
 use super::record::{Row, Stored};
@@ -7,16 +7,16 @@ use crate::plot::number;
 use crate::ratio::Ratio;
 use crate::space::Method;
 
-/// Kinds of stored methods of which the best row is listed.
+/// Kinds of stored methods whose best row is listed.
 const KINDS: [&str; 2] = ["warped area", "projective"];
 /// The keys of our default and of warped area without curve samples.
 const OURS: [&str; 2] = ["automatic", "warped-area"];
 
-/// One line of the table. Standard errors are not numbers where they are not known.
+/// One line of the table. Unknown standard errors are NaN.
 #[derive(Clone)]
 struct Contender {
     ours: bool,
-    /// Our method's key, or what kind of method a stored row is of.
+    /// Our method's key, or the kind of a stored row's method.
     kind: String,
     name: String,
     samples: usize,
@@ -54,8 +54,8 @@ impl Contender {
         }
     }
 
-    /// The mean squared error at another time, b² + v · seconds/t. A bias² of ours that noise made negative counts as
-    /// none.
+    /// The mean squared error at another time, b² + v · seconds/t. A bias² of ours that is negative through
+    /// noise counts as 0.
     fn error_at(&self, time: f64) -> Ratio {
         let noise = self.variance.scaled(self.seconds / time);
         let bias2 = if self.ours { self.bias2.value.max(0.0) } else { self.bias2.value };
@@ -73,7 +73,7 @@ fn least<'a>(
     able.min_by(|a, b| a.error_at(time).value.total_cmp(&b.error_at(time).value))
 }
 
-/// What is compared within one group: our rows, then the best stored ones of each kind at each time.
+/// Rows compared within one group: ours, then the best stored ones of each kind at each time.
 pub(super) struct Comparison {
     group: Group,
     ours: Vec<Contender>,
@@ -95,7 +95,7 @@ impl Comparison {
         Self { group: group.clone(), ours, stored: listed.into_iter().cloned().collect() }
     }
 
-    /// How many times a contender's error goes into that of the best stored row: above 1 it wins.
+    /// Ratio of the best stored row's error to the contender's: above 1 the contender wins.
     fn factor(&self, contender: &Contender, time: f64) -> f64 {
         let stored = least(&self.stored, None, time).map(|stored| stored.error_at(time).value);
         stored.map_or(f64::NAN, |stored| stored / contender.error_at(time).value)
@@ -107,7 +107,7 @@ impl Comparison {
     }
 }
 
-/// Every number.
+/// The table of all numbers.
 pub(super) fn table(comparisons: &[Comparison], times: &[f64]) -> Table {
     let fixed = "scene normals filter whose method spp seconds slope slope_error rel_variance rel_variance_error \
                  rel_bias2 rel_bias2_error";
@@ -133,7 +133,7 @@ pub(super) fn table(comparisons: &[Comparison], times: &[f64]) -> Table {
     table
 }
 
-/// The same for readers, in Markdown: who wins, then every row.
+/// The comparison for readers, in Markdown: the winners, then every row.
 pub(super) fn markdown(comparisons: &[Comparison], times: &[f64], threads: usize) -> String {
     let mut text = format!(
         "# Gradient images at equal time\n\n\
@@ -152,12 +152,13 @@ pub(super) fn markdown(comparisons: &[Comparison], times: &[f64], threads: usize
     text + "\n## All rows\n\n" + &table(comparisons, times).markdown()
 }
 
-/// "0.12 ± 0.03", or the value alone where its error is not known.
+/// "0.12 ± 0.03", or the value alone where its error is unknown.
 fn with_error(Ratio { value, error }: Ratio) -> String {
     if error.is_finite() { format!("{} ± {}", number(value), number(error)) } else { number(value) }
 }
 
-/// One line a group: our default, warped area against warped area, and the best of ours against the best stored row.
+/// One line per group: our default, warped area against warped area, and the best of ours against the best
+/// stored row.
 fn winners(comparisons: &[Comparison], time: f64) -> Table {
     let none = || "–".to_owned();
     let error = |all: &[Contender], kind: &str| -> Cell {
@@ -184,7 +185,7 @@ fn winners(comparisons: &[Comparison], time: f64) -> Table {
     )
 }
 
-/// Who is better, by what factor, and by what factor still if our error is two standard errors worse or better.
+/// The better one, the factor, and the factor if our error is two standard errors worse or better.
 fn verdict(ours: &Contender, stored: &Contender, time: f64) -> String {
     let (Ratio { value, error }, other) = (ours.error_at(time), stored.error_at(time).value);
     let (name, factor, least) = if value <= other {

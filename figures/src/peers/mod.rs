@@ -1,4 +1,4 @@
-//! `figures peers`: our methods on scenes that other systems were measured on, at equal time.
+//! `figures peers`: our methods on scenes with stored measurements of other systems, at equal time.
 
 mod case;
 mod comparison;
@@ -23,9 +23,9 @@ use crate::output::{write_bytes, write_csv};
 use crate::seeds::seed_of;
 use crate::space::{Clock, Compared, METHODS, Method, Task};
 
-/// Set by Ctrl-C.
+/// Stop flag, set by Ctrl-C.
 static STOP: AtomicBool = AtomicBool::new(false);
-/// What the program then returns, as shells do.
+/// Exit code after an interruption, as shells use.
 pub(crate) const INTERRUPTED: u8 = 130;
 
 /// Measures our methods on the scenes of a folder, and compares them at equal time with what is stored of others.
@@ -87,12 +87,12 @@ fn keys() -> clap::builder::PossibleValuesParser {
     METHODS.iter().map(|method| method.key).collect::<Vec<_>>().into()
 }
 
-/// Whether a list of choices, which means everything when empty, has this one.
+/// Whether a list of choices, where an empty list means everything, contains this one.
 fn chosen<T: PartialEq>(choices: &[T], value: &T) -> bool {
     choices.is_empty() || choices.contains(value)
 }
 
-/// Measures what is not measured yet, and writes the tables.
+/// Makes the missing measurements, and writes the tables.
 pub(crate) fn run(options: &Options) -> anyhow::Result<()> {
     let references = options.reference.clone().unwrap_or_else(|| options.scenes.join("ref"));
     let groups = options.groups(&Group::all(&references)?)?;
@@ -157,7 +157,7 @@ impl Options {
         }
     }
 
-    /// Measures what is missing, and returns what cannot be measured and why.
+    /// Makes the missing measurements, and returns those that are impossible with the reason.
     fn measure(
         &self,
         references: &Path,
@@ -196,7 +196,7 @@ impl Options {
         Ok(refused)
     }
 
-    /// One method on one case.
+    /// Measures one method on one case.
     fn row(
         &self,
         case: &Case,

@@ -20,7 +20,7 @@ pub(super) struct Row {
     pub(super) runs: usize,
     pub(super) seed: u32,
     pub(super) threads: usize,
-    /// Of one run: processor time of all threads over their number.
+    /// Seconds of one run: processor time of all threads over their number.
     pub(super) seconds: f64,
     pub(super) rel_variance: f64,
     pub(super) rel_variance_error: f64,
@@ -30,7 +30,7 @@ pub(super) struct Row {
     pub(super) slope_error: f64,
     /// The reference's own noise, relative to its mean square.
     pub(super) reference_noise: f64,
-    /// Mean radiance over that of the reference image: 1 if the scene is read as it was meant.
+    /// Mean radiance over that of the reference image: 1 if the scene is interpreted as intended.
     pub(super) radiance_ratio: f64,
     /// Auxiliary rays of one run.
     pub(super) auxiliary_rays: u64,
@@ -38,21 +38,21 @@ pub(super) struct Row {
 }
 
 impl Row {
-    /// What decides a measurement: with the same settings it is not made again.
+    /// Settings that determine a measurement: with the same it is not repeated.
     pub(super) fn settings(&self) -> impl PartialEq + '_ {
         let case = (&self.scene, self.normals, self.filter);
         (case, &self.method, self.spp, self.runs, self.seed, self.threads)
     }
 }
 
-/// The file and what stands in it.
+/// The file and its rows.
 pub(super) struct Records {
     pub(super) path: PathBuf,
     pub(super) rows: Vec<Row>,
 }
 
 impl Records {
-    /// What the file holds; nothing if there is none.
+    /// The rows of the file; none if there is no file.
     pub(super) fn open(path: PathBuf) -> anyhow::Result<Self> {
         let rows = if path.exists() { read(&path)? } else { vec![] };
         Ok(Self { path, rows })
@@ -63,7 +63,7 @@ impl Records {
         self.rows.iter().find(|row| row.settings() == like.settings())
     }
 
-    /// Adds a row in place of one with the same settings, and writes the whole file in one step.
+    /// Adds a row, replacing one with the same settings, and writes the whole file atomically.
     pub(super) fn add(&mut self, row: Row) -> anyhow::Result<()> {
         self.rows.retain(|other| other.settings() != row.settings());
         self.rows.push(row);
@@ -73,8 +73,8 @@ impl Records {
     }
 }
 
-/// What other systems were measured to do, of the file's columns those that are used here. All errors are relative to
-/// the mean square of the reference.
+/// Stored measurement of another system; only the columns used here. All errors are relative to the mean
+/// square of the reference.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub(super) struct Stored {
     pub(super) scene: String,
@@ -154,7 +154,7 @@ pub(super) mod tests {
         assert_eq!(again.rows, rows);
         assert_eq!(again.find(&rows[1]), Some(&rows[1]));
         assert_eq!(again.find(&Row { spp: 17, ..rows[1].clone() }), None);
-        // A second measurement with the same settings takes the place of the first.
+        // A second measurement with the same settings replaces the first.
         again.add(Row { seconds: 7.0, ..rows[0].clone() }).unwrap();
         assert_eq!(again.rows.len(), 2);
         assert_eq!(Records::open(path).unwrap().find(&rows[0]).unwrap().seconds, 7.0);

@@ -1,4 +1,4 @@
-//! What `figures peers` promises, on a folder with one small scene.
+//! Tests of `figures peers` on a folder with one small scene.
 
 use clap::Parser as _;
 use glam::DVec3;
@@ -89,10 +89,10 @@ fn rows_are_measured_once() {
     let row = &first[0];
     assert!((row.slope - 1.0).abs() < 0.2, "{row:?}");
     assert!((row.radiance_ratio - 1.0).abs() < 0.05, "{row:?}");
-    // The row that is there stays as it was, its time included; the other is added.
+    // The existing row stays as it was, its time included; the other is added.
     let second = run(&["--methods", "edge-sampling,finite-differences"]);
     assert_eq!((second.len(), &second[0]), (2, row));
-    // Measured again, all but the time is the same.
+    // After a repeated measurement all but the time is the same.
     let third = run(&["--methods", "edge-sampling", "--again"]);
     let again = third.iter().find(|r| r.settings() == row.settings()).unwrap();
     assert_eq!(Row { seconds: row.seconds, ..again.clone() }, *row);

@@ -1,7 +1,7 @@
 //! Axes: a frame with ticks and labels around series of data.
 //!
-//! Series are collected first and drawn at once, so that limits, margins and legend can follow from
-//! them. Values without a place (NaN, infinities, non-positive ones on log axes) are left out.
+//! Series are collected first and drawn at once, so that limits, margins and legend can follow from them.
+//! Values that cannot be drawn (NaN, infinities, non-positive ones on log axes) are omitted.
 
 use glam::DVec2;
 
@@ -32,29 +32,29 @@ pub(crate) struct Axis {
 }
 
 impl Axis {
-    /// A linear axis that follows its data.
+    /// A linear axis whose limits follow its data.
     pub(crate) fn linear(label: impl Into<String>) -> Self {
         Self { label: label.into(), kind: Kind::Linear, limits: None, ticks: None, grid: true }
     }
 
-    /// A logarithmic axis that follows its positive data.
+    /// A logarithmic axis whose limits follow its positive data.
     pub(crate) fn log(label: impl Into<String>) -> Self {
         Self { kind: Kind::Log, ..Self::linear(label) }
     }
 
-    /// An axis of named places at 0, 1, 2…, for bars.
+    /// An axis of named positions at 0, 1, 2…, for bars.
     pub(crate) fn categories(label: impl Into<String>, names: &[&str]) -> Self {
         let ticks = names.iter().enumerate().map(|(i, name)| (i as f64, (*name).to_owned())).collect();
         let limits = Some((-0.6, names.len() as f64 - 0.4));
         Self { limits, ticks: Some(ticks), grid: false, ..Self::linear(label) }
     }
 
-    /// The same from `low` to `high`, whatever the data.
+    /// Fixes the limits to `low` and `high`, whatever the data.
     pub(crate) fn limits(self, low: f64, high: f64) -> Self {
         Self { limits: Some((low, high)), ..self }
     }
 
-    /// The same with ticks at the given values.
+    /// Fixes the ticks to the given values.
     pub(crate) fn ticks<L: Into<String>>(self, ticks: impl IntoIterator<Item = (f64, L)>) -> Self {
         Self { ticks: Some(ticks.into_iter().map(|(value, label)| (value, label.into())).collect()), ..self }
     }
@@ -93,7 +93,7 @@ impl Axes {
         Self { x, y, legend: Legend::TopRight, marks: Vec::new(), notes: Vec::new() }
     }
 
-    /// The same with the legend elsewhere.
+    /// Moves the legend.
     pub(crate) fn legend(self, legend: Legend) -> Self {
         Self { legend, ..self }
     }
@@ -155,7 +155,7 @@ impl Axes {
         self.marks.push((mark, style.clone()));
     }
 
-    /// Draws everything into `space` and returns the map from data to the page, for what else belongs there.
+    /// Draws everything into `space` and returns the map from data to the page, for additional drawing.
     pub(crate) fn draw(&self, canvas: &mut Canvas, space: Rect) -> Placed {
         let extent: Vec<[f64; 2]> = self.marks.iter().flat_map(|(mark, _)| mark.extent()).collect();
         let x = self.x.scale(extent.iter().map(|point| point[0]));
@@ -172,7 +172,7 @@ impl Axes {
         let tick_width =
             y_ticks.major.iter().map(|(_, text)| tick_style.width(text)).fold(LEFT_ROOM, f64::max);
 
-        // The same with a common factor or without, so that frames in a row line up.
+        // A fixed height, with a common factor or without, so that frames in a row line up.
         let top = 15.0;
         let labelled = |label: &str| if label.is_empty() { 0.0 } else { LABEL_TEXT + 8.0 };
         let left = labelled(&self.y.label) + tick_width + TICK + 4.0;

@@ -1,6 +1,6 @@
 //! The drawing surface: shapes in logical pixels on a tiny-skia pixmap of twice the resolution.
 //!
-//! Shapes that are degenerate or not finite draw nothing.
+//! Degenerate shapes and shapes with coordinates that are not finite draw nothing.
 
 use glam::DVec2;
 use tiny_skia::{
@@ -15,11 +15,11 @@ pub(super) const SCALE: f64 = 2.0;
 /// The longest side of a canvas in device pixels.
 const LARGEST: f64 = 16384.0;
 
-/// How a line is drawn.
+/// Style of a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pen {
     pub(crate) color: Color,
-    /// In logical pixels.
+    /// Width in logical pixels.
     pub(crate) width: f64,
     /// Lengths of dash and gap in logical pixels, if not solid.
     pub(crate) dash: Option<[f64; 2]>,
@@ -31,25 +31,25 @@ impl Pen {
         Self { color, width, dash: None }
     }
 
-    /// The same line in dashes.
+    /// The line with dashes.
     pub(crate) fn dashed(self) -> Self {
         Self { dash: Some([3.0 * self.width + 1.5, 2.0 * self.width + 1.0]), ..self }
     }
 
-    /// The same line in dots.
+    /// The line with dots.
     pub(crate) fn dotted(self) -> Self {
         Self { dash: Some([1e-3, 2.0 * self.width + 0.5]), ..self }
     }
 }
 
-/// A page of logical pixels, white at first.
+/// A page measured in logical pixels, initially white.
 #[derive(Clone)]
 pub(crate) struct Canvas {
     pixmap: Pixmap,
     clip: Option<Mask>,
-    /// Which parts of it can be read alone, in logical pixels.
+    /// Parts of the page that can be read on their own, in logical pixels.
     parts: Vec<Rect>,
-    /// Device pixels, as [left, top, right, bottom], that are the same on dark pages.
+    /// Rectangles in device pixels, as [left, top, right, bottom], that do not change on dark pages.
     kept: Vec<[u32; 4]>,
 }
 
@@ -62,7 +62,7 @@ impl Canvas {
         Self { pixmap, clip: None, parts: vec![], kept: vec![] }
     }
 
-    /// What has been drawn, in device pixels.
+    /// The pixels drawn so far, in device pixels.
     pub(crate) fn pixmap(&self) -> &Pixmap {
         &self.pixmap
     }
@@ -72,12 +72,12 @@ impl Canvas {
         DVec2::new(f64::from(self.pixmap.width()), f64::from(self.pixmap.height())) / SCALE
     }
 
-    /// Says that what lies in a rectangle can be read alone, where the page is too narrow for all.
+    /// Marks a rectangle as readable on its own, for pages too narrow for the whole drawing.
     pub(crate) fn part(&mut self, space: Rect) {
         self.parts.push(space);
     }
 
-    /// All parts that can be read alone.
+    /// All parts that can be read on their own.
     pub(crate) fn parts(&self) -> &[Rect] {
         &self.parts
     }
@@ -92,7 +92,7 @@ impl Canvas {
         self.kept.iter().any(within)
     }
 
-    /// Runs `draw` with everything outside `rect` protected, besides what is protected already.
+    /// Runs `draw` with drawing restricted to `rect`, in addition to earlier restrictions.
     pub(crate) fn clipped<T>(&mut self, rect: Rect, draw: impl FnOnce(&mut Self) -> T) -> T {
         let outer = self.clip.clone();
         let mut mask = outer.clone().or_else(|| Mask::new(self.pixmap.width(), self.pixmap.height()));
@@ -140,7 +140,7 @@ impl Canvas {
         self.polyline(&[from, to], pen);
     }
 
-    /// A horizontal or vertical line moved to whole device pixels, for axes and grids.
+    /// A horizontal or vertical line snapped to whole device pixels, for axes and grids.
     pub(crate) fn rule(&mut self, from: DVec2, to: DVec2, pen: &Pen) {
         let thickness = (pen.width * SCALE).round().max(1.0);
         // An odd number of device pixels is centred on the middle of one, an even number between two.

@@ -36,7 +36,7 @@ impl Color {
         Self { alpha, ..self }
     }
 
-    /// The way from `self` (t = 0) to `other` (t = 1), straight in encoded sRGB.
+    /// Linear interpolation from `self` (t = 0) to `other` (t = 1) in encoded sRGB.
     pub(crate) fn mix(self, other: Self, t: f32) -> Self {
         let t = t.clamp(0.0, 1.0);
         let between = |a: f32, b: f32| a + (b - a) * t;
@@ -51,7 +51,7 @@ impl Color {
         self.mix(Self::WHITE, amount)
     }
 
-    /// The colour tiny-skia draws with.
+    /// The colour in tiny-skia's type.
     pub(super) fn to_skia(self) -> tiny_skia::Color {
         let [red, green, blue] = Self::from_rgb(self.rgb).rgb;
         tiny_skia::Color::from_rgba(red, green, blue, self.alpha).unwrap_or(tiny_skia::Color::TRANSPARENT)

@@ -41,7 +41,8 @@ impl Canvas {
         self.frame(bar, &Pen::new(Color::SPINE, 0.5));
     }
 
-    /// The same for a shading, with ticks and `label` to the right of an upright bar and below a level one.
+    /// A colour strip for a shading, with ticks and `label` to the right of an upright bar and below a level
+    /// one.
     pub(crate) fn color_bar(&mut self, bar: Rect, shading: &Shading, label: &str) {
         let upright = bar.height > bar.width;
         self.strip(bar, |t| shading.color(shading.scale.value(t)), |raster| shading.placed(raster));
@@ -86,7 +87,7 @@ impl Canvas {
     }
 }
 
-/// About `target` ticks, two at the least.
+/// About `target` ticks, at least two.
 fn bar_ticks(shading: &Shading, target: f64) -> Ticks {
     let ticks = shading.scale.ticks((target as usize).clamp(2, 7));
     let too_few = shading.scale.kind() == Kind::Linear && ticks.major.len() < 2;

@@ -1,4 +1,4 @@
-//! Colour maps: a scalar field becomes a picture.
+//! Colour maps from scalar fields to pictures.
 
 use super::{
     color::Color,
@@ -31,10 +31,10 @@ fn along(stops: &[u32], t: f64) -> Color {
     Color::hex(stops[index]).mix(Color::hex(stops[index + 1]), (place - index as f64) as f32)
 }
 
-/// Colours laid over a range of values.
+/// A colour map over a range of values.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shading {
-    /// Whether blue leads through white to red, or dark violet to yellow.
+    /// Whether the map runs from blue through white to red, or else from dark violet to yellow.
     signed: bool,
     pub(crate) scale: Scale,
 }
@@ -45,7 +45,7 @@ impl Shading {
         Self { signed: false, scale: Scale::new(Kind::Linear, low, high) }
     }
 
-    /// Positive magnitudes from `low` to `high` by their logarithm; what is not positive takes the lowest colour.
+    /// Positive magnitudes from `low` to `high` by their logarithm; other values take the lowest colour.
     pub(crate) fn log(low: f64, high: f64) -> Self {
         Self { signed: false, scale: Scale::new(Kind::Log, low, high) }
     }
@@ -86,7 +86,7 @@ impl Shading {
         self.placed(Raster::new(width, values.iter().map(|value| self.color(*value).rgb).collect()))
     }
 
-    /// A picture in these colours: signed ones have a white, which dark pages make dark.
+    /// A picture in these colours: signed ones contain white, which becomes dark on dark pages.
     pub(super) fn placed(&self, raster: Raster) -> Raster {
         if self.signed { raster } else { raster.kept() }
     }

@@ -1,4 +1,4 @@
-//! Drawings for dark pages.
+//! Dark-page versions of drawings.
 
 use super::canvas::Canvas;
 
@@ -6,12 +6,13 @@ use super::canvas::Canvas;
 const PAGE: [f64; 3] = [20.0, 23.0, 27.0];
 const INK: [f64; 3] = [228.0, 231.0, 235.0];
 
-/// The opaque 8-bit pixels of a drawing, which always lies on white.
+/// The opaque 8-bit pixels of a drawing, which always has a white background.
 pub(crate) fn light(canvas: &Canvas) -> Vec<u8> {
     canvas.pixmap().pixels().iter().flat_map(|pixel| [pixel.red(), pixel.green(), pixel.blue()]).collect()
 }
 
-/// The same for a dark page: all that is drawn changes lightness and keeps its hue, so that white becomes the page. Photographs stay, and colours without a white.
+/// The pixels for a dark page: everything drawn changes lightness and keeps its hue, so that white becomes
+/// the page. Photographs, and colour maps without white, do not change.
 pub(crate) fn dark(canvas: &Canvas) -> Vec<u8> {
     let mut pixels = light(canvas);
     let width = canvas.pixmap().width();

@@ -14,7 +14,7 @@ pub(crate) struct Rect {
 }
 
 impl Rect {
-    /// Negative extents become zero.
+    /// A rectangle; negative extents become zero.
     pub(crate) fn new(x: f64, y: f64, width: f64, height: f64) -> Self {
         Self { x, y, width: width.max(0.0), height: height.max(0.0) }
     }
@@ -41,7 +41,7 @@ impl Rect {
         ]
     }
 
-    /// Whether the closed rectangle holds `point`.
+    /// Whether the closed rectangle contains `point`.
     pub(crate) fn contains(self, point: DVec2) -> bool {
         point.x >= self.x && point.x <= self.right() && point.y >= self.y && point.y <= self.bottom()
     }
@@ -57,21 +57,21 @@ impl Rect {
         (Self { height, ..self }, self.inset(0.0, height, 0.0, 0.0))
     }
 
-    /// Columns whose widths stand in the ratio of `weights`, `gutter` apart.
+    /// Columns with widths in the ratio of `weights`, `gutter` apart.
     pub(crate) fn columns(self, weights: &[f64], gutter: f64) -> Vec<Self> {
         shares(weights, self.width, gutter)
             .map(|(start, width)| Self::new(self.x + start, self.y, width, self.height))
             .collect()
     }
 
-    /// Rows whose heights stand in the ratio of `weights`, `gutter` apart.
+    /// Rows with heights in the ratio of `weights`, `gutter` apart.
     pub(crate) fn rows(self, weights: &[f64], gutter: f64) -> Vec<Self> {
         shares(weights, self.height, gutter)
             .map(|(start, height)| Self::new(self.x, self.y + start, self.width, height))
             .collect()
     }
 
-    /// Cells of a grid with so many rows and columns, row by row, apart by gaps between columns and between rows.
+    /// Cells of a grid of `rows` × `columns`, row by row, separated by gaps between columns and between rows.
     pub(crate) fn grid(self, [rows, columns]: [usize; 2], [across, down]: [f64; 2]) -> Vec<Self> {
         let rows = self.rows(&vec![1.0; rows], down);
         rows.into_iter().flat_map(|row| row.columns(&vec![1.0; columns], across)).collect()
@@ -106,7 +106,7 @@ impl View {
         Self { scene_centre: 0.5 * (low + high), page_centre: page.centre(), scale }
     }
 
-    /// The same with y growing up the page, as in mathematics.
+    /// The similarity with y growing up the page, as in mathematics.
     pub(crate) fn upward(low: DVec2, high: DVec2, page: Rect) -> Self {
         let view = Self::downward(low, high, page);
         Self { scale: view.scale * DVec2::new(1.0, -1.0), ..view }

@@ -15,16 +15,16 @@ use super::{
 const MARGIN: f64 = 14.0;
 const TITLE: f64 = 15.0;
 const PANEL_TITLE: f64 = 11.5;
-/// Height a panel gives up to its title.
+/// Height of a panel's title.
 pub(crate) const PANEL_TITLE_ROOM: f64 = 21.0;
 /// Distance between panels that keeps their labels apart.
 pub(crate) const GUTTER: f64 = 22.0;
 
-/// A page with its title set and the body below it free for panels.
+/// A page with a title and a free body for panels below it.
 pub(crate) struct Figure {
     pub(crate) canvas: Canvas,
     pub(crate) body: Rect,
-    /// Panels that have a letter.
+    /// Number of lettered panels.
     panels: u8,
 }
 
@@ -53,7 +53,7 @@ impl Figure {
         rest
     }
 
-    /// A panel that is a plot; returns its place and scales.
+    /// A panel with a plot; returns its frame and scales.
     pub(crate) fn plot(&mut self, space: Rect, title: &str, axes: &Axes) -> Placed {
         let space = self.panel(space, title);
         axes.draw(&mut self.canvas, space)

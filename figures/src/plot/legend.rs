@@ -16,7 +16,7 @@ const SAMPLE: f64 = 20.0;
 const GAP: f64 = 6.0;
 const PADDING: f64 = 6.0;
 
-/// Where the legend stands: in a corner of the frame, or nowhere.
+/// Position of the legend: in a corner of the frame, or none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Legend {
     None,
@@ -24,7 +24,7 @@ pub(crate) enum Legend {
     TopRight,
     BottomLeft,
     BottomRight,
-    /// To the right of the frame, which gives up the room.
+    /// To the right of the frame, which shrinks by its width.
     Outside,
 }
 

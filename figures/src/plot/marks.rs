@@ -1,4 +1,4 @@
-//! What can be drawn into axes: lines, markers, bands, bars and their style.
+//! Marks in axes: lines, markers, bands, bars and their style.
 
 use glam::DVec2;
 
@@ -21,14 +21,14 @@ pub(crate) enum Marker {
     Ring,
 }
 
-/// How one series looks and what the legend calls it.
+/// Appearance of one series and its name in the legend.
 #[derive(Clone, Debug)]
 pub(crate) struct Style {
-    /// The line; its colour is that of markers, bands and bars too.
+    /// The line; its colour is also that of markers, bands and bars.
     pub(super) pen: Pen,
     /// Marker at every point, if any.
     pub(super) marker: Option<Marker>,
-    /// Of markers, in logical pixels.
+    /// Radius of markers, in logical pixels.
     pub(super) radius: f64,
     /// Name in the legend; a series without one is not listed.
     pub(super) label: String,
@@ -40,32 +40,32 @@ impl Style {
         Self { pen: Pen::new(color, 1.7), marker: None, radius: 3.0, label: String::new() }
     }
 
-    /// The same with a name in the legend.
+    /// Sets the name in the legend.
     pub(crate) fn labelled(self, label: impl Into<String>) -> Self {
         Self { label: label.into(), ..self }
     }
 
-    /// The same with a line of `width` logical pixels.
+    /// Sets the line width in logical pixels.
     pub(crate) fn width(self, width: f64) -> Self {
         Self { pen: Pen { width, ..self.pen }, ..self }
     }
 
-    /// The same with a dashed line.
+    /// Makes the line dashed.
     pub(crate) fn dashed(self) -> Self {
         Self { pen: self.pen.dashed(), ..self }
     }
 
-    /// The same with a dotted line.
+    /// Makes the line dotted.
     pub(crate) fn dotted(self) -> Self {
         Self { pen: self.pen.dotted(), ..self }
     }
 
-    /// The same with a marker at every point.
+    /// Adds a marker at every point.
     pub(crate) fn marker(self, marker: Marker) -> Self {
         Self { marker: Some(marker), ..self }
     }
 
-    /// The same with markers of another radius.
+    /// Sets the radius of markers.
     pub(crate) fn radius(self, radius: f64) -> Self {
         Self { radius, ..self }
     }
@@ -88,7 +88,7 @@ pub(super) enum Mark {
 }
 
 impl Mark {
-    /// The points the axes have to show.
+    /// The points that the axes have to show.
     pub(super) fn extent(&self) -> Vec<[f64; 2]> {
         match self {
             Self::Line(points) | Self::Steps(points) | Self::Scatter(points) => points.clone(),
@@ -116,22 +116,24 @@ pub(crate) struct Placed {
 }
 
 impl Placed {
-    /// The page point of (x, y), which may lie outside the frame; None where a scale has no place for it.
+    /// The page point of (x, y), which may lie outside the frame; `None` where a scale has no position for
+    /// it.
     pub(crate) fn at(&self, [x, y]: [f64; 2]) -> Option<DVec2> {
-        // Far outside is far enough: what is drawn there is clipped, and single precision must hold it.
+        // Clamped, since what lies far outside is clipped and single precision must hold it.
         let reach = |position: f64| position.clamp(-1e4, 1e4);
         let (u, v) = (reach(self.x.position(x)?), reach(self.y.position(y)?));
         Some(DVec2::new(self.frame.x + u * self.frame.width, self.frame.bottom() - v * self.frame.height))
     }
 
-    /// The page height of the value y, or of the bottom of the frame where a log scale has no place.
+    /// The page height of the value y, or of the bottom of the frame where a log scale has no position for
+    /// it.
     fn level(&self, y: f64) -> f64 {
         self.at([self.x.low(), y]).map_or(self.frame.bottom(), |point| point.y)
     }
 
     /// Draws one series, clipped to the frame (markers may reach over it).
     pub(super) fn draw(&self, canvas: &mut Canvas, mark: &Mark, style: &Style) {
-        // Half a line width of air, so that a curve along the frame keeps its full width.
+        // A margin of half a line width, so that a curve along the frame keeps its full width.
         let clip = self.frame.inset(-1.0, -1.0, -1.0, -1.0);
         let pen = &style.pen;
         match mark {

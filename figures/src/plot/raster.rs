@@ -1,4 +1,4 @@
-//! Pictures made of pixels and their magnification on the page.
+//! Pixel pictures and their magnification on the page.
 
 use super::{
     canvas::{Canvas, Pen, SCALE},
@@ -12,7 +12,7 @@ pub(crate) struct Raster {
     width: usize,
     height: usize,
     pixels: Vec<[f32; 3]>,
-    /// Whether it is the same on dark pages.
+    /// Whether it does not change on dark pages.
     is_kept: bool,
 }
 
@@ -29,12 +29,13 @@ impl Raster {
         Self::new(width, (0..width * height).map(|i| color(i % width, i / width)).collect())
     }
 
-    /// The same on dark pages, too: what light looks like, or colours that have no white.
+    /// Marks the picture as unchanged on dark pages: photographs, or colours without white.
     pub(crate) fn kept(self) -> Self {
         Self { is_kept: true, ..self }
     }
 
-    /// Encodes linear values by the sRGB transfer function: a photograph, which stays as it is on dark pages.
+    /// Encodes linear values by the sRGB transfer function: a photograph, which does not change on dark
+    /// pages.
     pub(crate) fn encoded(mut self) -> Self {
         for channel in self.pixels.iter_mut().flatten() {
             let linear = channel.clamp(0.0, 1.0);
@@ -70,8 +71,9 @@ impl Raster {
 }
 
 impl Canvas {
-    /// Stretches a picture over `target`, whose edges move to device pixels: every pixel becomes a rectangle of one
-    /// colour, or, where the picture shrinks, device pixels take means. Returns the rectangle covered.
+    /// Stretches a picture over `target`, whose edges are snapped to device pixels: every pixel becomes a
+    /// rectangle of one colour, or, where the picture shrinks, device pixels take means. Returns the
+    /// rectangle covered.
     pub(crate) fn image(&mut self, raster: &Raster, target: Rect) -> Rect {
         let (left, top) = ((target.x * SCALE).round(), (target.y * SCALE).round());
         let columns = (target.right() * SCALE).round() - left;

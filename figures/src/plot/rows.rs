@@ -16,7 +16,7 @@ const TEXT: f64 = 9.8;
 
 /// Rows from top to bottom, each with a name and a colour.
 pub(crate) struct Rows {
-    /// What else is drawn goes in here; the legend starts as none.
+    /// Axes for additional marks; initially without a legend.
     pub(crate) axes: Axes,
     names: Vec<(String, Color)>,
 }
@@ -27,7 +27,7 @@ impl Rows {
         Self { axes: Axes::new(x, y).legend(Legend::None), names }
     }
 
-    /// A value's place in a row, in the units of the axes.
+    /// The position of a value in a row, in the units of the axes.
     pub(crate) fn point(&self, row: usize, value: f64) -> [f64; 2] {
         [value, (self.names.len() - 1 - row) as f64]
     }
@@ -52,7 +52,7 @@ impl Rows {
         placed
     }
 
-    /// Writes a column of words with a heading, so far to the right of the plot.
+    /// Writes a column of words with a heading, at an offset to the right of the plot.
     pub(crate) fn column(
         &self,
         canvas: &mut Canvas,

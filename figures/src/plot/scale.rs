@@ -1,11 +1,11 @@
-//! Linear and logarithmic scales: where a value lies and which ticks are worth a label.
+//! Linear and logarithmic scales: positions of values and choice of labelled ticks.
 
-/// How values are laid along an axis or a colour bar.
+/// Mapping of values along an axis or a colour bar.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// Equal differences take equal lengths.
     Linear,
-    /// Equal ratios take equal lengths; only positive values have a place.
+    /// Equal ratios take equal lengths; only positive values have a position.
     Log,
 }
 
@@ -25,14 +25,14 @@ pub(crate) struct Scale {
 pub(crate) struct Ticks {
     /// Labelled ticks, ascending.
     pub(crate) major: Vec<(f64, String)>,
-    /// Ticks without labels; they tell a log axis from a linear one, which has none.
+    /// Ticks without labels; a linear axis has none.
     pub(crate) minor: Vec<f64>,
     /// The power of ten taken out of all labels, such as "×10⁻⁴"; empty if there is none.
     pub(crate) factor: String,
 }
 
 impl Scale {
-    /// The scale from `low` to `high`; a range with no extent or no meaning is widened to one that has.
+    /// The scale from `low` to `high`; an empty or invalid range is widened to a valid one.
     pub(crate) fn new(kind: Kind, low: f64, high: f64) -> Self {
         let (low, high) = if low <= high { (low, high) } else { (high, low) };
         let usable = low.is_finite() && high.is_finite() && (high - low).is_finite();
@@ -53,7 +53,7 @@ impl Scale {
         Self { kind, low, high }
     }
 
-    /// The smallest scale that shows all values with a little air; meaningless values are skipped.
+    /// The smallest scale that shows all values with a small margin; invalid values are skipped.
     pub(crate) fn covering(kind: Kind, values: impl IntoIterator<Item = f64>) -> Self {
         let usable = |value: &f64| value.is_finite() && (kind == Kind::Linear || *value > 0.0);
         let (low, high) = values
@@ -85,8 +85,8 @@ impl Scale {
         self.high
     }
 
-    /// Where `value` lies: 0 at the low end, 1 at the high end, beyond them outside. None for what has
-    /// no place: NaN, infinities, and on a log scale what is not positive.
+    /// Position of `value`: 0 at the low end, 1 at the high end, beyond them outside. `None` for values
+    /// without a position: NaN, infinities, and on a log scale values that are not positive.
     pub(crate) fn position(self, value: f64) -> Option<f64> {
         let position = match self.kind {
             Kind::Linear => (value - self.low) / (self.high - self.low),
@@ -172,7 +172,7 @@ fn log_ticks(scale: Scale, target: usize) -> Ticks {
             .collect();
         return Ticks { major, minor, factor: String::new() };
     }
-    // Less than a decade or two in sight: 1-2-5 within it, or a linear ladder within that.
+    // A range below a decade or two: 1-2-5 within it, or a linear ladder within that.
     let major: Vec<_> = ladder(&[1, 2, 5]).map(|tick| (value(tick), number(value(tick)))).collect();
     if major.len() >= 2 {
         return Ticks { major, minor, factor: String::new() };
@@ -198,7 +198,7 @@ pub(crate) fn number(value: f64) -> String {
     if !value.is_finite() {
         return with_minus(format!("{value}")).replace("inf", "∞").replace("NaN", "–");
     }
-    // Rounding first: 9.999 is 10.0, a digit more before the point.
+    // Rounded first: 9.999 is 10.0, which has one more digit before the point.
     let rounded: f64 = format!("{value:.2e}").parse().unwrap_or(value);
     let exponent = rounded.abs().log10().floor() as i32;
     if !(-3..=4).contains(&exponent) {

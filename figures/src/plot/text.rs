@@ -1,7 +1,7 @@
 //! Text as filled outlines of the bundled DejaVu Sans.
 //!
-//! `_{…}` lowers and `^{…}` raises what the braces hold ("∂_{θ}I", "N^{−1/2}"); combining accents sit
-//! on the letter before them ("V̂"). A character the font lacks is drawn as the font's empty box.
+//! `_{…}` lowers and `^{…}` raises the text in braces ("∂_{θ}I", "N^{−1/2}"); combining accents sit on the
+//! letter before them ("V̂"). A character missing from the font is drawn as the font's empty box.
 
 use std::sync::LazyLock;
 
@@ -33,7 +33,7 @@ fn parsed(bytes: &'static [u8]) -> FontRef<'static> {
     FontRef::try_from_slice(bytes).expect("the bundled font is valid")
 }
 
-/// Which part of the text lies at the given x.
+/// Horizontal alignment: the part of the text at the given x.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Align {
     Left,
@@ -41,7 +41,7 @@ pub(crate) enum Align {
     Right,
 }
 
-/// Which height of the text lies at the given y: of capitals and digits, or the base line.
+/// Vertical alignment: the height at the given y, of capitals and digits, or the base line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Height {
     Top,
@@ -49,7 +49,7 @@ pub(crate) enum Height {
     Baseline,
 }
 
-/// How text is set. Alignment is meant along and across the text's own direction.
+/// Style of text. Alignment refers to the text's own direction.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TextStyle {
     /// Height of an em in logical pixels.
@@ -58,9 +58,9 @@ pub(crate) struct TextStyle {
     bold: bool,
     align: Align,
     height: Height,
-    /// Whether it runs from the bottom to the top.
+    /// Whether the text runs upwards.
     upwards: bool,
-    /// A rim in this colour that sets the text off from what lies under it.
+    /// A rim in this colour that separates the text from its background.
     halo: Option<Color>,
 }
 
@@ -78,22 +78,22 @@ impl TextStyle {
         }
     }
 
-    /// The same in bold letters.
+    /// Makes the letters bold.
     pub(crate) fn bold(self) -> Self {
         Self { bold: true, ..self }
     }
 
-    /// The same anchored otherwise.
+    /// Sets the alignment.
     pub(crate) fn anchored(self, align: Align, height: Height) -> Self {
         Self { align, height, ..self }
     }
 
-    /// The same from the bottom to the top.
+    /// Makes the text run upwards.
     pub(crate) fn upwards(self) -> Self {
         Self { upwards: true, ..self }
     }
 
-    /// The same with a rim.
+    /// Adds a rim.
     pub(crate) fn halo(self, color: Color) -> Self {
         Self { halo: Some(color), ..self }
     }
@@ -181,7 +181,7 @@ fn typeset(text: &str, style: &TextStyle) -> (Option<Path>, f64) {
         let glyph = font.glyph_id(character);
         let unit = size / em;
         if matches!(character, '\u{300}'..='\u{36f}') {
-            // An accent has no place of its own: its ink is centred on the letter before.
+            // An accent has no advance of its own: its ink is centred on the letter before.
             if let Some(outline) = font.outline(glyph) {
                 let ink = 0.5 * f64::from(outline.bounds.min.x + outline.bounds.max.x) * unit;
                 let lift = if tall { (CAPITAL - X_HEIGHT) * size } else { 0.0 };
