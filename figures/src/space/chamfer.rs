@@ -1,4 +1,4 @@
-//! How far two surfaces are from one another.
+//! Chamfer and Hausdorff distances of surfaces.
 
 use flatland::random::{open01, stream};
 use glam::DVec3;
@@ -12,7 +12,8 @@ pub(crate) fn chamfer(a: &Mesh, b: &Mesh, count: usize, seed: u64) -> f64 {
     0.5 * (mean(one_sided(a, b, count, seed)) + mean(one_sided(b, a, count, seed + 1)))
 }
 
-/// The distance within which 95 % of the points of each surface are to the other: the Hausdorff distance but for the worst.
+/// The distance within which 95 % of the points of each surface are to the other: a Hausdorff distance
+/// without the worst 5 %.
 pub(crate) fn hausdorff(a: &Mesh, b: &Mesh, count: usize, seed: u64) -> f64 {
     let most = |mut distances: Vec<f64>| {
         distances.sort_by(f64::total_cmp);
@@ -23,12 +24,12 @@ pub(crate) fn hausdorff(a: &Mesh, b: &Mesh, count: usize, seed: u64) -> f64 {
 
 /// The distances of points of one surface to the other.
 fn one_sided(from: &Mesh, to: &Mesh, count: usize, seed: u64) -> Vec<f64> {
-    // A mesh without area is nowhere.
+    // A mesh without area has no distance.
     let Some(to) = Proximity::new(to) else { return vec![f64::NAN; count] };
     points(from, count, seed).into_par_iter().map(|p| to.distance(p)).collect()
 }
 
-/// Points that are uniform on a surface.
+/// Uniform points on a surface.
 fn points(mesh: &Mesh, count: usize, seed: u64) -> Vec<DVec3> {
     let corners = mesh.triangles().iter().map(|t| t.map(|i| mesh.positions()[i as usize]));
     let triangles: Vec<[DVec3; 3]> = corners.collect();
@@ -61,7 +62,8 @@ mod tests {
     fn cubes_are_as_far_as_they_are() {
         let by = |size: f64| Mesh::cube().transformed(&DAffine3::from_scale(DVec3::splat(size)));
         assert!(chamfer(&by(1.0), &by(1.0), 1000, 1) < 1e-15);
-        // From within it is 0.1 to the faces; from without that, and more by edges: of the side 2.2, a strip of 0.1 along each.
+        // From inside the distance to the faces is 0.1; from outside it is that, and more near edges: of the
+        // side 2.2, a strip of 0.1 along each.
         let mean =
             |a: &Mesh, b: &Mesh, count: usize| one_sided(a, b, count, 1).iter().sum::<f64>() / count as f64;
         let inward = mean(&by(1.0), &by(1.1), 1000);

@@ -1,10 +1,10 @@
 //! The clock of comparisons: processor time, which other programs on the machine hardly disturb.
 
-/// Started by [`Clock::start`].
+/// A clock of the process, started by [`Clock::start`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Clock(f64);
 
-/// The same for what one thread does by itself, whatever the others do; started by [`ThreadClock::start`].
+/// A clock of one thread alone, whatever the others do; started by [`ThreadClock::start`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ThreadClock(f64);
 
@@ -14,7 +14,7 @@ impl ThreadClock {
         Self(thread_seconds())
     }
 
-    /// Seconds that this thread has computed since then.
+    /// Processor seconds of this thread since the start.
     pub(crate) fn seconds(self) -> f64 {
         thread_seconds() - self.0
     }
@@ -26,7 +26,7 @@ impl Clock {
         Self(processor_seconds())
     }
 
-    /// Seconds that all threads of this process have computed since then, together.
+    /// Processor seconds of all threads of this process since the start, together.
     pub(crate) fn seconds(self) -> f64 {
         processor_seconds() - self.0
     }
@@ -48,13 +48,13 @@ fn seconds_of(clock: rustix::time::ClockId) -> f64 {
     time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }
 
-/// Without such a clock: the time that passed, as if every thread had been busy.
+/// Fallback without such a clock: elapsed time, as if every thread had been busy.
 #[cfg(not(unix))]
 fn processor_seconds() -> f64 {
     thread_seconds() * rayon::current_num_threads() as f64
 }
 
-/// Without such a clock: the time that passed.
+/// Fallback without such a clock: elapsed time.
 #[cfg(not(unix))]
 fn thread_seconds() -> f64 {
     use std::sync::LazyLock;

@@ -1,4 +1,4 @@
-//! The methods that are compared: one row each.
+//! Table of the compared methods, one row each.
 
 use flatland::warp::{Debias, Warp};
 use volume3d::Kernels;
@@ -27,11 +27,11 @@ type Estimate = fn(&Task<'_>, &Progress) -> Result<GradientImage, GradientError>
 /// A method under the name it has in options, tables and legends.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Method {
-    /// In options and files of results.
+    /// Key in options and files of results.
     pub(crate) key: &'static str,
-    /// On pages.
+    /// Name on pages.
     pub(crate) name: &'static str,
-    /// Over small pictures.
+    /// Short name over small pictures.
     pub(crate) short: &'static str,
     pub(crate) color: Color,
     /// Samples a pixel with which all methods take about the same time on direct light.
@@ -93,7 +93,7 @@ pub(crate) const METHODS: &[Method] = &[
             method.forward(task.scene, task.change, progress)
         },
     ),
-    // The time of the pilot counts, which is that of 8 samples however few are asked for.
+    // The time of the pilot counts: it takes 8 samples however few are requested.
     Method::new(
         ["automatic", "what a pilot chooses", "pilot’s choice"],
         Palette::OCHRE,
@@ -112,7 +112,7 @@ impl Method {
         Self { key, name, short, color, samples, estimate }
     }
 
-    /// The method called `key`.
+    /// The method with the key `key`.
     pub(crate) fn of_key(key: &str) -> Option<&'static Self> {
         METHODS.iter().find(|method| method.key == key)
     }

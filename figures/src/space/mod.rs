@@ -1,4 +1,5 @@
-//! What the figures and the comparison in space share: the table of methods, what is measured of them, pictures.
+//! Shared parts of the figures and the comparison in space: the table of methods, their measurements,
+//! pictures.
 
 pub(crate) mod chamfer;
 mod clock;

@@ -23,7 +23,7 @@ pub(crate) fn gradient(canvas: &mut Canvas, pixels: &[DVec3], width: usize, shad
     canvas.picture(&shading.raster(width, &luminance(pixels)), space);
 }
 
-/// Where a point of the world lies on a picture of the whole film.
+/// Position of a world point on a picture of the whole film.
 pub(crate) fn on_film(scene: &Scene, place: Rect, point: DVec3) -> DVec2 {
     let Camera { origin, right, up, forward, field_of_view, .. } = &scene.description().camera;
     let toward = point - *origin;

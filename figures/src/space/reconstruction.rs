@@ -1,4 +1,4 @@
-//! Surfaces that are fitted to views, and what is measured of them.
+//! Surfaces fitted to views, and their measurements.
 
 use flatland::sdf::Sdf as _;
 use flatland::sdf::shapes::{Ball, ShapeError};
@@ -23,46 +23,47 @@ use crate::seeds::seed_of;
 
 /// Half the side of the cube of a grid.
 const HALF: f64 = 1.0;
-/// The radius of the ball that fits begin with.
+/// Radius of the initial ball of fits.
 pub(crate) const RADIUS: f64 = 0.5;
 /// λ of the smooth steps of a grid.
 pub(crate) const SMOOTHING: f64 = 1.0;
 /// The weight of a network's eikonal term.
 pub(crate) const EIKONAL: f64 = 0.1;
-/// How slowly Adam forgets squares.
+/// Adam's decay rate for squared gradients.
 const BETA2: f64 = 0.99;
-/// What the weight of masks is multiplied by: IDR's is beside a loss of colours in [−1, 1] that is summed over channels, six times [`Loss::L1`].
+/// Factor on the weight of masks: IDR's is beside a loss of colours in [−1, 1] that is summed over channels,
+/// six times [`Loss::L1`].
 pub(crate) const MASKS: f64 = 1.0 / 6.0;
-/// Views that no step sees.
+/// Number of held-out views.
 const HELD_OUT: usize = 4;
 /// Streams of random numbers.
 const TARGETS: u64 = 1;
 const STEPS: u64 = 2;
 const LOOKS: u64 = 3;
 
-/// How much a fit may spend.
+/// Effort of a fit.
 #[derive(Clone, Debug)]
 pub(crate) struct Effort {
     /// The film's side in pixels.
     pub(crate) side: usize,
     pub(crate) views: usize,
-    /// Views of which each step sees the gradient.
+    /// Views per step of the gradient.
     pub(crate) batch: usize,
-    /// Cells along an axis at first; each phase has twice those of the one before.
+    /// Initial number of cells along an axis; each phase doubles it.
     pub(crate) cells: usize,
     /// Steps of each phase.
     pub(crate) phases: Vec<u64>,
-    /// Pixels of a view that a step looks at; all, if there is no number.
+    /// Pixels of a view used by a step; all if `None`.
     pub(crate) pixels: Option<usize>,
-    /// The steps after which networks are traced themselves, if they ever are.
+    /// The steps after which networks are traced directly, if ever.
     pub(crate) finish: Option<u64>,
     /// Samples a pixel of a step's image, and of its gradient.
     pub(crate) samples: usize,
-    /// Samples a pixel of targets and of what is shown.
+    /// Samples a pixel of targets and of shown images.
     pub(crate) shown: usize,
     /// Points on each surface, for distances between them.
     pub(crate) points: usize,
-    /// Cells of the meshes that distances are measured of.
+    /// Cells of the meshes used to measure distances.
     pub(crate) meshed: usize,
     /// Steps between two distances of the curve.
     pub(crate) every: u64,
@@ -74,7 +75,7 @@ impl Effort {
         self.phases.iter().sum()
     }
 
-    /// The steps after which grids become finer.
+    /// The steps after which grids are refined.
     fn refine(&self) -> Vec<u64> {
         let ends = self.phases.iter().scan(0, |sum, phase| {
             *sum += phase;
@@ -84,7 +85,7 @@ impl Effort {
     }
 }
 
-/// What the surface is made of.
+/// Representation of the surface.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Made {
     /// The nodes of a grid of distances; Adam's rate is in cells.
@@ -93,38 +94,38 @@ pub(crate) enum Made {
     Network(Architecture),
 }
 
-/// What becomes of a mask, given its size and the number of its view.
+/// Function that corrupts a mask, given its size and the number of its view.
 pub(crate) type Spoil = fn(&[bool], (usize, usize), u64) -> anyhow::Result<Vec<bool>>;
 
-/// How a fit knows where to go.
+/// Supervision of a fit.
 #[derive(Clone, Debug)]
 pub(crate) enum Supervision {
     /// Pictures alone, by warped-area sampling.
     WarpedArea,
-    /// Pictures without the motion of silhouettes, and the loss of masks that are spoilt: IDR.
+    /// Pictures without the motion of silhouettes, and the loss of corrupted masks: IDR.
     Masks(Spoil),
     /// Pictures without the motion of silhouettes, and nothing else.
     Interior,
 }
 
-/// Which fit it is.
+/// Identity and settings of a fit.
 #[derive(Clone, Debug)]
 pub(crate) struct Setup {
     /// The number of the figure, for seeds and progress.
     pub(crate) figure: u64,
-    /// What progress calls it.
+    /// Name for progress messages.
     pub(crate) name: String,
     pub(crate) subject: Subject,
     pub(crate) light: Light,
     /// The number of its seed, from 1 on.
     pub(crate) number: u64,
     pub(crate) made: Made,
-    /// Adam's rate at first.
+    /// Adam's initial rate.
     pub(crate) rate: f64,
     pub(crate) supervision: Supervision,
 }
 
-/// How far a fit has come at a step.
+/// State of a fit at a step.
 pub(crate) struct Moment {
     pub(crate) step: u64,
     /// Chamfer distance in parts of the target's diagonal.
@@ -135,7 +136,7 @@ pub(crate) struct Moment {
 pub(crate) struct Reconstruction {
     pub(crate) subject: Subject,
     pub(crate) light: Light,
-    /// Views that it was fitted to.
+    /// Number of views used by the fit.
     pub(crate) views: usize,
     /// The number of its seed, from 1 on.
     pub(crate) number: u64,
@@ -147,10 +148,10 @@ pub(crate) struct Reconstruction {
     /// A held-out view: of the target, at first, and after each phase.
     pub(crate) target: Vec<DVec3>,
     pub(crate) stages: Vec<Vec<DVec3>>,
-    /// Processor seconds, without what is measured besides.
+    /// Processor seconds, without those of measurements.
     pub(crate) seconds: f64,
     pub(crate) mesh: Mesh,
-    /// After which step there was no surface any more.
+    /// Step after which the surface vanished, if it did.
     pub(crate) vanished: Option<u64>,
 }
 
@@ -217,7 +218,7 @@ impl Reconstruction {
             };
             match fit.step(&mut scene, &reverse, &Progress::none()) {
                 Ok(()) => {}
-                // A network may learn that nothing is there. What is measured is the surface before.
+                // A network may lose its surface entirely. The surface before that is measured.
                 Err(FitError::Scene(SceneError::Implicit { error: ShapeError::Unmade { .. }, .. })) => {
                     vanished = Some(step);
                 }
@@ -262,7 +263,7 @@ impl Reconstruction {
     }
 }
 
-/// Which pixels show the target in more than half of what their filter sees, view by view.
+/// Pixels that show the target in more than half of their filter's support, view by view.
 fn covered(
     cameras: &[Camera],
     subject: Subject,
@@ -340,7 +341,7 @@ fn begun(
     Ok(Fit::new(parameters, x, objective, vec![optimizer], plan))
 }
 
-/// The surface that a scene has, as a mesh.
+/// The surface of a scene as a mesh.
 fn meshed(scene: &Scene, cells: usize) -> anyhow::Result<Mesh> {
     let surface = &scene.description().implicits[0];
     let bounds = surface.bounds().unwrap_or((DVec3::splat(-HALF), DVec3::splat(HALF)));

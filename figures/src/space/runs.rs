@@ -1,21 +1,22 @@
-//! Independent runs of one method against a reference that has noise of its own: variance, bias and slope.
+//! Independent runs of one method against a noisy reference: variance, bias and slope.
 
 use glam::DVec3;
 
 use crate::ratio::Ratio;
 
-/// A gradient image that is nearly right.
+/// A reference gradient image with residual noise.
 #[derive(Clone, Debug)]
 pub(crate) struct Reference {
     pub(crate) gradient: Vec<DVec3>,
-    /// The mean over pixels and channels of the variance of `gradient`: what it adds to every mean squared error.
+    /// The mean over pixels and channels of the variance of `gradient`: its contribution to every mean
+    /// squared error.
     pub(crate) floor: f64,
-    /// The independent runs that it is the mean of, if they are known.
+    /// The independent runs of which it is the mean, if they are known.
     pub(crate) runs: Vec<Vec<DVec3>>,
 }
 
 impl Reference {
-    /// The mean of independent runs, with the noise that their differences show.
+    /// The mean of independent runs, with the noise estimated from their differences.
     pub(crate) fn of_runs(runs: Vec<Vec<DVec3>>) -> Self {
         let gradient = mean(&runs);
         let count = runs.len() as f64;
@@ -30,24 +31,25 @@ impl Reference {
     }
 }
 
-/// What independent runs of one method tell, in units of the reference's power.
+/// Statistics of independent runs of one method, in units of the reference's power.
 ///
 /// With rᵢ the difference of run i and the reference, ⟨rᵢ, rᵢ⟩ has the mean b² + v + f and ⟨rᵢ, rⱼ⟩ the mean b² + f,
 /// where b is the bias, v the variance of one run and f the reference's own noise. Everything below follows from
 /// these products; errors are those of the jackknife over runs.
 #[derive(Clone, Debug)]
 pub(crate) struct Compared {
-    /// v, of one run.
+    /// v, the variance of one run.
     pub(crate) variance: Ratio,
-    /// b², without noise; by chance it may be negative.
+    /// b², without noise; negative by chance in some cases.
     pub(crate) bias2: Ratio,
-    /// The slope of the mean on what the reference is an estimate of: 1 without bias. The reference's own noise, which
-    /// makes a plain regression fall short by f, is taken out.
+    /// The slope of the mean on the quantity that the reference estimates: 1 without bias. The reference's
+    /// own noise, which makes a plain regression fall short by f, is removed.
     pub(crate) slope: Ratio,
-    /// The same for a reference of three or more known runs; its error counts the noise of both sides.
+    /// That slope for a reference of three or more known runs; its error includes the noise of both sides.
     pub(crate) true_slope: Ratio,
-    /// The same with pixels weighted by how little runs differ there, so that few noisy pixels do not hide a bias. The
-    /// weights for a run come from the other runs: they do not know it, and so the slope of an unbiased method stays 1.
+    /// That slope with pixels weighted by how little runs differ there, so that few noisy pixels do not hide
+    /// a bias. The weights for a run come from the other runs: they are independent of it, and so the slope
+    /// of an unbiased method stays 1.
     pub(crate) quiet_slope: Ratio,
     /// The mean of all runs.
     pub(crate) mean: Vec<DVec3>,
@@ -84,8 +86,8 @@ impl Compared {
     }
 }
 
-/// ⟨g, s⟩/⟨s, s⟩ of runs gᵢ on the runs sⱼ of a reference: ⟨gᵢ, sⱼ⟩ has the mean ⟨g, s⟩ and, for j ≠ k, ⟨sⱼ, sₖ⟩ the
-/// mean ⟨s, s⟩, without noise. The jackknife goes over the runs of both.
+/// ⟨g, s⟩/⟨s, s⟩ of runs gᵢ on the runs sⱼ of a reference: ⟨gᵢ, sⱼ⟩ has the mean ⟨g, s⟩ and, for j ≠ k, ⟨sⱼ,
+/// sₖ⟩ the mean ⟨s, s⟩, without noise. The jackknife goes over the runs of both.
 fn true_slope(runs: &[Vec<DVec3>], reference: &[Vec<DVec3>]) -> Ratio {
     let row = |a: &Vec<DVec3>| reference.iter().map(|b| product(a, b)).collect();
     let [with, among]: [Vec<Vec<f64>>; 2] = [runs, reference].map(|images| images.iter().map(row).collect());
@@ -163,12 +165,13 @@ mod tests {
 
     use super::*;
 
-    /// A normal number by Box and Muller.
+    /// A normal deviate by the Box–Muller transform.
     fn normal(rng: &mut Stream) -> f64 {
         (-2.0 * open01(rng).ln()).sqrt() * (std::f64::consts::TAU * open01(rng)).cos()
     }
 
-    /// Runs that are 0.8 of the truth plus noise, against a noisy reference, come out as what they are.
+    /// Statistics of runs that are 0.8 of the truth plus noise, against a noisy reference, recover these
+    /// values.
     #[test]
     fn bias_and_variance_are_told_apart() {
         let (pixels, spread, noise) = (20_000, 0.5, 0.3);
@@ -194,7 +197,7 @@ mod tests {
         }
     }
 
-    /// The products give the same as the definitions: Σ|gᵢ − ḡ|²/(n − 1), and mse − v − f.
+    /// The products agree with the definitions: Σ|gᵢ − ḡ|²/(n − 1), and mse − v − f.
     #[test]
     fn products_agree_with_the_definitions() {
         let mut rng = stream(8, &[]);

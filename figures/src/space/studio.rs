@@ -1,4 +1,4 @@
-//! What is found from its views: shapes in clay under an even light, and cameras around them.
+//! Reconstruction subjects: clay shapes under an even light, and cameras around them.
 
 use std::f64::consts::{PI, SQRT_2};
 
@@ -15,15 +15,15 @@ use volume3d::sdf::isosurface;
 use super::target;
 use crate::seeds::seed_of;
 
-/// What is found from its views, from a ball.
+/// A shape to be reconstructed from its views, from an initial ball.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Subject {
     Bunny,
-    /// A ring, which the ball is not.
+    /// A knotted ring, of another topology than the ball.
     Knot,
     /// A chair with legs as thick as two cells of the finest grid.
     Chair,
-    /// The same with legs of one cell.
+    /// A chair with legs of one cell.
     ThinChair,
 }
 
@@ -52,10 +52,11 @@ impl Subject {
     }
 }
 
-/// A cell of the finest grid: of 64 along a side of 2.
+/// Side of a cell of the finest grid: of 64 along a side of 2.
 const CELL: f64 = 1.0 / 32.0;
 
-/// A seat, a back and four legs of a width, of the size of targets: its box of 1 × √2 × 1 has the diagonal 2. Parts reach a little into one another.
+/// A seat, a back and four legs of width `leg`, of the size of targets: its box of 1 × √2 × 1 has the
+/// diagonal 2. Parts overlap slightly.
 fn chair(leg: f64) -> anyhow::Result<Mesh> {
     const WITHIN: f64 = 0.01;
     let (half, height) = (0.5, SQRT_2);
@@ -84,7 +85,7 @@ pub(crate) fn film(side: usize) -> Film {
     Film { width: side, height: side, crop: None, sample_border: true, filter: Filter::Tent { radius: 1.0 } }
 }
 
-/// Cameras around the origin, spread evenly; `turn` turns them all about the vertical, in radians.
+/// Cameras around the origin, spread evenly; `turn` rotates them all about the vertical, in radians.
 pub(crate) fn cameras(count: usize, turn: f64) -> Vec<Camera> {
     const DISTANCE: f64 = 5.0;
     const FIELD_OF_VIEW: f64 = 0.45;
@@ -98,21 +99,22 @@ pub(crate) fn cameras(count: usize, turn: f64) -> Vec<Camera> {
     (0..count).map(camera).collect()
 }
 
-/// What shines on the subjects.
+/// Illumination of the subjects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Light {
-    /// The same from everywhere, in which things are darker only where they hide the sky from themselves.
+    /// Uniform light, in which points are darker only where the subject hides the sky from itself.
     Even,
-    /// A dimmer sky with a sun, in which things cast shadows on themselves.
+    /// A dimmer sky with a sun, in which subjects cast shadows on themselves.
     Sun,
 }
 
-/// The radiance of the sky beside the sun, and of the sun; what faces the sun gets as much as under an even light.
+/// The radiance of the sky beside the sun, and of the sun; a surface that faces the sun receives as much as
+/// under an even light.
 const SKY: f64 = 0.4;
 const SUN: f64 = 0.6 / (SUN_SINE * SUN_SINE);
-/// The sine of the sun's radius, which is about 15 degrees.
+/// The sine of the sun's angular radius, which is about 15 degrees.
 const SUN_SINE: f64 = 0.26;
-/// Rows of the map that has the sun.
+/// Rows of the environment map with the sun.
 const ROWS: usize = 64;
 
 impl Light {
@@ -123,7 +125,7 @@ impl Light {
         }
     }
 
-    /// Adds it to a scene.
+    /// Adds the light to a scene.
     fn shine(self, description: &mut Description) {
         let id = "sky".to_owned();
         description.environment = Some(match self {
@@ -155,7 +157,7 @@ fn sunny() -> Texture {
     }
 }
 
-/// A light, and nothing to see.
+/// An empty scene with a light.
 pub(crate) fn empty(film: Film, light: Light) -> Description {
     let mut description = Description::new(cameras(1, 0.0).remove(0), film);
     description.integrator = Integrator { max_depth: Some(2), rr_depth: 2 };
