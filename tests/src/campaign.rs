@@ -137,7 +137,7 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// The same threshold for both.
+    /// Equal thresholds for both.
     pub fn both(limit: f64) -> Self {
         Self { scene: limit, slope: limit }
     }

@@ -40,7 +40,7 @@ impl Power {
         Self { test, noticed: NOTICED, rows: vec![], scenes: vec![] }
     }
 
-    /// The same record with another bias that must be noticed.
+    /// This record with another bias that must be noticed.
     #[must_use]
     pub fn noticing(mut self, noticed: f64) -> Self {
         self.noticed = noticed;

@@ -31,7 +31,7 @@ impl Color {
         Self { rgb: rgb.map(|c| if c.is_nan() { 0.0 } else { c.clamp(0.0, 1.0) }), alpha: 1.0 }
     }
 
-    /// The same colour at opacity `alpha`.
+    /// This colour at opacity `alpha`.
     pub(crate) const fn alpha(self, alpha: f32) -> Self {
         Self { alpha, ..self }
     }

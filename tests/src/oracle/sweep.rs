@@ -15,9 +15,9 @@ pub(super) enum Toggle {
     Shape(usize),
     /// Into or out of a triangle of the material.
     Triangle(usize),
-    /// To the filter column on the left: x decreases along an upward column.
+    /// Transition to the filter column on the left: x decreases along an upward column.
     FilterColumn,
-    /// To the next filter row.
+    /// Transition to the next filter row.
     FilterRow,
 }
 

@@ -38,7 +38,7 @@ pub(super) fn frames(
         .collect()
 }
 
-/// For each construction, (θ, samples that see another shape than at θ₀).
+/// Pairs (θ, samples that see another shape than at θ₀) for each construction.
 fn curves(example: &Example, samples: &Samples) -> anyhow::Result<Vec<Vec<[f64; 2]>>> {
     let steps = 44;
     let mut curves = vec![vec![]; samples.moved.len()];

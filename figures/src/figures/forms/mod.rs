@@ -85,7 +85,7 @@ fn compute<'a>(
     Ok(Results { tent, boxed, central, estimate, gaussian, pairs, crossings })
 }
 
-/// For each construction, (θ − θ₀, fraction of samples that see another shape than at θ₀).
+/// Pairs (θ − θ₀, fraction of samples that see another shape than at θ₀) for each construction.
 fn crossings<'a>(example: &Example, samples: &'a Samples) -> anyhow::Result<Vec<Crossings<'a>>> {
     let mut curves: Vec<Crossings<'_>> = samples.moved.iter().map(|moved| (moved, vec![])).collect();
     for step in 0..=8 {

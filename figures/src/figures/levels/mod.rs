@@ -50,7 +50,7 @@ struct Series {
 struct Measured {
     maps: Maps,
     scans: Vec<Scan>,
-    /// By tolerance, and by steps.
+    /// Curves by tolerance, and by steps.
     curves: [Vec<Curve>; 2],
     grids: Vec<Series>,
     rows: Vec<Row>,

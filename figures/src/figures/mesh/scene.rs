@@ -24,7 +24,7 @@ const DIRECT: usize = 2;
 /// The light transport included.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Light {
-    /// From the lamp to a surface and into the camera.
+    /// Light from the lamp to a surface and into the camera.
     Direct,
     /// Direct light and light by way of other surfaces.
     All,

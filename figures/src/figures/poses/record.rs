@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::fit::Distance;
 use crate::output::write_bytes;
 
-/// How often the file is written while descents end.
+/// Interval between writes of the file while descents end.
 const INTERVAL: Duration = Duration::from_secs(5);
 
 /// Result of one descent. Fields are the columns of the file.

@@ -17,11 +17,11 @@ use crate::space::ThreadClock;
 /// Kind of a descent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Experiment {
-    /// From a start away from the object: success rates.
+    /// Start away from the object: success rates.
     Away,
-    /// From the true pose: drift.
+    /// Start at the true pose: drift.
     Truth,
-    /// From the true pose with a target that cannot be reached.
+    /// Start at the true pose, with a target that cannot be reached.
     Unreachable,
 }
 

@@ -21,7 +21,7 @@ pub struct Receiver {
 /// A ray, as a function of θ to first order.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// Where it starts.
+    /// The origin.
     pub origin: DVec3,
     /// The direction, not normalised.
     pub direction: DVec3,

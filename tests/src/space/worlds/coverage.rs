@@ -48,7 +48,7 @@ choices! {
             Sliver,
             /// A triangle seen at an angle of 10⁻⁴ to 10⁻¹ to its plane, before something else.
             Grazing,
-            /// As [`Shells`](Self::Shells), with a unit of length of 10⁻⁶.
+            /// [`Shells`](Self::Shells) with a unit of length of 10⁻⁶.
             Small,
             /// Shells with a unit of length of 10⁶.
             Large,

@@ -11,7 +11,7 @@ use crate::dual::{Vector, Vector2};
 pub(super) struct Line {
     /// The end points, as indices of vertices.
     pub(super) vertices: [usize; 2],
-    /// From the first to the second.
+    /// Vector from the first to the second.
     pub(super) edge: Vector2,
     /// Its direction.
     pub(super) tangent: Vector2,

@@ -13,8 +13,8 @@ fn cases(kinds: &[LitCrossingKind], seeds: std::ops::Range<u64>) -> Vec<DirectCa
     knobs.collect::<Vec<_>>().par_iter().map(LitCrossing::build).collect()
 }
 
-/// For cut lamps and crossing blockers: the derivative at points of the film against Richardson's
-/// extrapolation of central differences of the exact value.
+/// Cut lamps and crossing blockers: the derivative at points of the film against Richardson's extrapolation
+/// of central differences of the exact value.
 #[test]
 fn points_have_the_derivatives_of_their_values() {
     let all = cases(&LitCrossingKind::UNSEEN, 0..pick(5, 10));
@@ -24,7 +24,7 @@ fn points_have_the_derivatives_of_their_values() {
     });
 }
 
-/// Where the camera sees the ground alone, both functions agree.
+/// Agreement of both functions where the camera sees the ground alone.
 #[test]
 fn without_bodies_in_sight_the_pixels_are_the_same() {
     for DirectCase { scene, label } in cases(&[LitCrossingKind::Plate], 30..31) {

@@ -47,7 +47,7 @@ choices! {
             TinyEmitter,
             /// An occluder with an edge seen within 10⁻⁹ to 10⁻³ of an emitter's.
             AlignedEdges,
-            /// As [`Occluded`](Self::Occluded), with a unit of length of 10⁻⁶.
+            /// [`Occluded`](Self::Occluded) with a unit of length of 10⁻⁶.
             Small,
             /// Occluders with a unit of length of 10⁶.
             Large,
@@ -93,11 +93,11 @@ impl IrradianceKind {
 pub struct IrradianceKnobs {
     /// Everything that has no knob of its own.
     pub seed: u64,
-    /// What there is.
+    /// The content.
     pub kind: IrradianceKind,
-    /// What θ changes.
+    /// The motion.
     pub moving: IrradianceMoving,
-    /// How many occluders, 0 to 4; some kinds have none or need one.
+    /// The number of occluders, 0 to 4; some kinds have none or need one.
     pub occluders: usize,
 }
 
