@@ -88,10 +88,10 @@ impl IrradianceKind {
     }
 }
 
-/// All that a case depends on.
+/// Parameters that determine a case.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IrradianceKnobs {
-    /// Everything that has no knob of its own.
+    /// The seed of everything that has no knob of its own.
     pub seed: u64,
     /// The content.
     pub kind: IrradianceKind,
@@ -138,7 +138,7 @@ impl IrradianceKnobs {
     }
 }
 
-/// From the stage to the world.
+/// Affine map from the stage to the world.
 struct Map {
     linear: DMat3,
     place: DVec3,
