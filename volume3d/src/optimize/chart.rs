@@ -1,4 +1,4 @@
-//! Coordinates around a place, for methods that add vectors.
+//! Local coordinates of the parameters, for methods that add vectors.
 
 use glam::DVec3;
 
@@ -25,7 +25,7 @@ pub struct Chart<'p> {
 }
 
 impl<'p> Chart<'p> {
-    /// Around a place, which has y = 0.
+    /// The chart around `origin`, which has y = 0.
     ///
     /// # Panics
     /// If `origin` has another length than the parameters.
@@ -35,7 +35,7 @@ impl<'p> Chart<'p> {
         Self { parameters, origin: origin.to_vec() }
     }
 
-    /// The place x with coordinates y.
+    /// The parameters x with coordinates y.
     ///
     /// # Panics
     /// If y has another length than the parameters.
@@ -46,8 +46,8 @@ impl<'p> Chart<'p> {
         x
     }
 
-    /// The derivative by y from that of [`Parameters::gradient`] at [`point`](Self::point)(y). y must be within
-    /// [`bounds`](Self::bounds), for beyond them x stands still.
+    /// The derivative by y from that of [`Parameters::gradient`] at [`point`](Self::point)(y). y must be
+    /// within [`bounds`](Self::bounds), because beyond them x does not change.
     ///
     /// # Panics
     /// If the lengths are not that of the parameters.
@@ -62,7 +62,8 @@ impl<'p> Chart<'p> {
         pulled
     }
 
-    /// The least and the greatest value of each number of y: those of the parameters, and half a turn either way.
+    /// Lower and upper bound of each number of y: those of the parameters, and half a turn either way for
+    /// rotations.
     #[must_use]
     pub fn bounds(&self) -> Vec<[f64; 2]> {
         let of = |group: &super::Group| {

@@ -1,4 +1,4 @@
-//! Steps that move a mesh smoothly.
+//! Laplacian-preconditioned steps for mesh vertices (Nicolet, Jacobson and Jakob 2021).
 
 use faer::linalg::solvers::Solve;
 use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
@@ -68,7 +68,7 @@ pub struct LargeSteps {
     vertices: usize,
 }
 
-/// Why there are no large steps.
+/// Why large steps cannot be set up.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LargeStepsError {
@@ -79,28 +79,29 @@ pub enum LargeStepsError {
     Lambda {
         /// λ.
         lambda: f64,
-        /// Beyond it, rounding would change the sixth digit of a step.
+        /// Upper limit, beyond which rounding would change the sixth digit of a step.
         greatest: f64,
     },
-    /// The factor has no room.
+    /// The Cholesky factor does not fit into memory.
     #[error(
         "the Cholesky factor for the large steps of {vertices} vertices does not fit into memory; fit a coarser mesh"
     )]
     Memory {
-        /// How many the mesh has.
+        /// The number of vertices of the mesh.
         vertices: usize,
     },
 }
 
-/// The greatest condition number of M: rounding then changes a solution by about 10⁻⁶ of itself.
+/// Largest condition number of M that is accepted: rounding then changes a solution by about 10⁻⁶ of itself.
 const CONDITION: f64 = 1e10;
 
 impl LargeSteps {
-    /// Factors I + λ L for the topology of a mesh; where its vertices are does not matter.
+    /// Factors I + λ L for the topology of a mesh; the vertex positions do not matter.
     ///
     /// # Errors
-    /// [`LargeStepsError::Lambda`] if λ is negative, not finite, or so large that nothing would be left of I beside λ L;
-    /// [`LargeStepsError::Memory`] if there is none.
+    /// - [`LargeStepsError::Lambda`] if λ is negative, not finite, or so large that I would be lost to
+    ///   rounding beside λ L.
+    /// - [`LargeStepsError::Memory`] if the factor does not fit into memory.
     pub fn new(mesh: &Mesh, lambda: f64) -> Result<Self, LargeStepsError> {
         let vertices = mesh.positions().len();
         let edges = Edges::of(mesh.triangles().iter().copied());
@@ -127,17 +128,17 @@ impl LargeSteps {
         Ok(Self { factor, vertices })
     }
 
-    /// How many vertices the mesh has.
+    /// The number of vertices of the mesh.
     pub(crate) fn vertices(&self) -> usize {
         self.vertices
     }
 
-    /// M⁻¹ times a vector of the mesh's vertices, x, y and z of each in turn; each coordinate by itself.
+    /// M⁻¹ times a vector of the mesh's vertices, x, y and z of each in turn; each coordinate separately.
     ///
-    /// The same at any number of threads, bit for bit.
+    /// The result is bit-identical for any number of threads.
     ///
     /// # Panics
-    /// If it has another length than three times the number of [`positions`](Mesh::positions).
+    /// If its length is not three times the number of [`positions`](Mesh::positions).
     #[must_use]
     pub fn solve(&self, vector: &[f64]) -> Vec<f64> {
         assert_eq!(vector.len(), 3 * self.vertices, "three numbers for each vertex of the mesh");
@@ -156,8 +157,8 @@ mod tests {
     use super::*;
     use crate::geometry::Attribute;
 
-    /// The unit sphere, from a cube each of whose faces is a grid of `n` × `n` squares with vertices of its own, as files with
-    /// texture coordinates have them.
+    /// The unit sphere, from a cube each of whose faces is a grid of `n` × `n` squares with vertices of its
+    /// own, as in files with texture coordinates.
     fn sphere(n: u32) -> Mesh {
         let (mut positions, mut triangles) = (vec![], vec![]);
         for (axis, side) in (0..3).flat_map(|axis| [(axis, -1.0), (axis, 1.0)]) {
@@ -177,7 +178,7 @@ mod tests {
         Mesh::new(positions, triangles).unwrap().with_uvs(corners).unwrap()
     }
 
-    /// Two components, a vertex alone, an edge of three triangles and a triangle without area.
+    /// Two components, an isolated vertex, an edge of three triangles and a triangle without area.
     fn awkward() -> Mesh {
         let mut positions = Mesh::cube().positions().to_vec();
         positions.extend((0..7).map(|i| DVec3::new(9.0, f64::from(i), f64::from(i * i))));
@@ -215,10 +216,10 @@ mod tests {
             let (a, b) = (random(&mesh, 1), random(&mesh, 2));
             let (by_a, by_b) = (large_steps.solve(&a), large_steps.solve(&b));
             assert!(distance(&multiply(&mesh, lambda, &by_a), &a) < 1e-12);
-            // It is its own transpose.
+            // M is symmetric.
             let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>();
             assert!((dot(&by_a, &b) - dot(&a, &by_b)).abs() < 1e-12);
-            // What is constant stays as it is.
+            // Constant vectors are unchanged.
             let constant: Vec<f64> = (0..a.len()).map(|k| [0.3, -2.0, 7.0][k % 3]).collect();
             assert!(distance(&large_steps.solve(&constant), &constant) < 1e-12);
         }
@@ -230,7 +231,7 @@ mod tests {
         let mut x = vec![0.0; 3 * mesh.positions().len()];
         (x[0], x[24]) = (1.0, 1.0);
         let solution = LargeSteps::new(&mesh, 5.0).unwrap().solve(&x);
-        // The cube is vertices 0 to 7; 8 is alone.
+        // The cube is vertices 0 to 7; vertex 8 is isolated.
         assert!(solution[..24].iter().step_by(3).all(|x| *x > 0.0 && *x < 0.5));
         assert_eq!(solution[24], 1.0);
         assert!(solution[27..].iter().all(|x| *x == 0.0));
@@ -254,7 +255,7 @@ mod tests {
             assert!(matches!(error, LargeStepsError::Lambda { .. }), "{error}");
             assert!(error.to_string().starts_with(&format!("the lambda of large steps is {lambda}, but")));
         }
-        // At the limit solutions are as good as promised.
+        // At the limit solutions are as accurate as promised.
         let Err(LargeStepsError::Lambda { greatest, .. }) = LargeSteps::new(&mesh, 1e12) else { panic!() };
         let constant = vec![1.0; 3 * mesh.positions().len()];
         let solution = LargeSteps::new(&mesh, greatest).unwrap().solve(&constant);
@@ -273,8 +274,8 @@ mod tests {
         assert!(edges.iter().all(|sides| sides.len() == 2));
     }
 
-    /// Distance and roughness of a sphere of radius 1 that is drawn to radius 1.5 by gradients with noise, of which each step
-    /// sees those of one vertex in five.
+    /// Distance and roughness of a sphere of radius 1 that is drawn to radius 1.5 by noisy gradients, each of
+    /// which covers one vertex in five.
     fn fit(adam: Adam, large_steps: Option<&LargeSteps>) -> (f64, f64) {
         const STEPS: u64 = 300;
         let (mut mesh, rate, mut adam) = (sphere(12), adam.rate, adam);
@@ -306,7 +307,7 @@ mod tests {
         let large_steps = LargeSteps::new(&sphere(12), 19.0).unwrap();
         let (distance, roughness) = fit(Adam::new(0.02).uniform(), Some(&large_steps));
         assert!(distance < 0.02 && roughness < 2.0 * perfect, "{distance} {roughness} {perfect}");
-        // Without, at any rate, it ends farther away and crumpled.
+        // Without large steps, at any rate, the sphere ends farther away and crumpled.
         for rate in [0.003, 0.01, 0.03] {
             let (distance, roughness) = fit(Adam::new(rate), None);
             assert!(distance > 0.03 && roughness > 10.0 * perfect, "{rate}: {distance} {roughness}");
