@@ -11,15 +11,16 @@ use serde::{Deserialize, Serialize};
 /// step = −rate m̂ / (√v̂ + ε),   m̂ = m/(1 − β₁ᵗ),   v̂ = v/(1 − β₂ᵗ).
 /// ```
 ///
-/// A step is about `rate` in each number, whatever the size of the gradient, and about three times that where one
-/// gradient follows on many small ones, seven times at most: choose the rate in units of the parameter, as a few hundredths of the change
-/// that is expected in all, and lower it towards the end, as it bounds how near Adam comes. Steps are quotients of noisy
-/// numbers: with an unbiased gradient whose noise is skewed, Adam may rest beside the zero of the gradient (Reddi, Kale and Kumar
-/// 2018). More samples bring it nearer.
+/// A step is about `rate` in each number, whatever the size of the gradient, and about three times that where
+/// one large gradient follows many small ones, seven times at most. Choose the rate in units of the
+/// parameter, as a few hundredths of the total change expected, and lower it towards the end, because it
+/// bounds the final accuracy. Steps are quotients of noisy numbers: with an unbiased gradient whose noise is
+/// skewed, Adam may converge beside the zero of the gradient (Reddi, Kale and Kumar 2018). More samples
+/// reduce this bias.
 ///
-/// With [`uniform`](Self::uniform) there is one v for all numbers, the greatest (Nicolet, Jacobson and Jakob 2021): numbers that
-/// hardly matter then hardly move, which vertices of a mesh need, where Adam alone would move those that nobody sees by
-/// their noise.
+/// With [`uniform`](Self::uniform) all numbers share one v, the maximum (Nicolet, Jacobson and Jakob 2021):
+/// numbers with small gradients then hardly move. Mesh vertices need this, because plain Adam would move
+/// invisible vertices by their noise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Adam {
     /// Learning rate: the step size, in units of the parameters.

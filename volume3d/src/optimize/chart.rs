@@ -4,20 +4,23 @@ use glam::DVec3;
 
 use super::parameters::Parameters;
 
-/// Numbers y that say where parameters are relative to an origin x₀: x = [`retract`](Parameters::retract)(x₀, y).
+/// Local coordinates y of parameters relative to an origin x₀: x = [`retract`](Parameters::retract)(x₀, y).
 ///
-/// Methods such as [`lbfgs`](super::lbfgs()) add steps and compare gradients, which rotations do not allow: R₁ R₂ is not
-/// the rotation by the sum of two vectors, and [`Parameters::gradient`] is by a further turn δ of the rotation where it is,
-/// exp(δ) R. In a chart R = exp(y) R₀, where y is a vector like all others, and the derivative by it is
+/// Methods such as [`lbfgs`](super::lbfgs()) add steps and subtract gradients, which is not valid for
+/// rotations: R₁ R₂ is not the rotation by the sum of two vectors, and [`Parameters::gradient`] is the
+/// derivative by a further turn δ of the current rotation, exp(δ) R. In a chart R = exp(y) R₀, where y is an
+/// ordinary vector, and the derivative by it is
 ///
 /// ```text
 /// ∂L/∂y = Jₗ(y)ᵀ ∂L/∂δ,   exp(y + dy) = exp(Jₗ(y) dy) exp(y),
 /// Jₗ(y) = I + (1 − cos θ)/θ² [y]ₓ + (θ − sin θ)/θ³ [y]ₓ²,   θ = |y|,
 /// ```
 ///
-/// with the left Jacobian of SO(3) (Barfoot 2017, equation 7.77). All other parameters are x₀ + y, with the same derivative.
+/// with the left Jacobian of SO(3) (Barfoot 2017, equation 7.77). All other parameters are x₀ + y, with the
+/// same derivative.
 ///
-/// A chart is good for turns of less than a full one, where Jₗ is singular; beyond half a turn, make a new one at the new place.
+/// A chart is valid for turns of less than a full one, where Jₗ is singular; beyond half a turn, make a new
+/// chart at the current parameters.
 #[derive(Clone, Debug)]
 pub struct Chart<'p> {
     parameters: &'p Parameters,

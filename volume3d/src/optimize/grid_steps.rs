@@ -2,31 +2,34 @@
 
 use crate::sdf::{Grid, RedistanceError, Slopes, redistance};
 
-/// How the nodes of a grid of distances are moved by a fit.
+/// Step settings for the nodes of an SDF grid in a fit.
 ///
 /// # Smooth steps
 ///
-/// As [`LargeSteps`](super::LargeSteps) for meshes: the gradient is divided by M, [`Adam`](super::Adam) makes a step of it, and this is divided by M again, with
+/// As [`LargeSteps`](super::LargeSteps) for meshes: the gradient is divided by M, [`Adam`](super::Adam) turns
+/// it into a step, and this is divided by M again, with
 ///
 /// ```text
 /// M = (I + λ L_x) (I + λ L_y) (I + λ L_z),   (L c)_i = 2 c_i − c_{i−1} − c_{i+1},
 /// ```
 ///
-/// one axis after another. What happens at a node spreads over about √λ nodes. Without, steps of neighbours differ by noise, slopes grow with
-/// every step, and rays take ever more steps of their own: from a ball to a bunny, the bound on |∇φ| was 8 after 40 steps, and 2 with λ = 1, at which a
-/// step took a fourth of the time and came as near. Each number keeps a step size of its own: with [`Adam::uniform`](super::Adam::uniform) it took four times as
-/// many steps.
+/// one axis after another. The change of one node spreads over about √λ nodes. Without smoothing, steps of
+/// neighbours differ by noise, slopes grow with every step, and sphere tracing takes ever more steps: from a
+/// ball to a bunny, the bound on |∇φ| was 8 after 40 steps, and 2 with λ = 1, at which a step took a fourth
+/// of the time with equal accuracy. Each number keeps its own step size: with
+/// [`Adam::uniform`](super::Adam::uniform) it took four times as many steps.
 ///
 /// # Distances
 ///
-/// After a step φ is no distance. [`redistance()`] makes it one again, with the surface where the step has put it; but it does not leave the grid, which stays
-/// [closed](Grid::closed).
+/// After a step φ is no longer a distance. [`redistance()`] restores the distance and keeps the surface of
+/// the step, except that the surface cannot leave the grid, which stays [closed](Grid::closed).
 ///
 /// # From coarse to fine
 ///
-/// Grids of 16 cells find the rough shape in a few dozen steps, which 64 do not. After the steps of `refine` the grid has
-/// [half the spacing](Grid::subdivided), with the same surface, Adam begins anew, and steps are half as long: as many cells. Of a [network on a
-/// grid](crate::sdf::Baked) the grid becomes finer, and its weights and their steps stay.
+/// Grids of 16 cells find the rough shape in a few dozen steps; grids of 64 do not. After the steps of
+/// `refine` the grid has [half the spacing](Grid::subdivided), with the same surface, Adam begins anew, and
+/// steps are half as long, the same number of cells. For a [network on a grid](crate::sdf::Baked) the grid is
+/// refined, and the weights and their steps stay.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GridSteps {
     /// Smoothing weight λ, at least 0: 1 is a good start.

@@ -9,16 +9,16 @@ use crate::geometry::{Edges, Mesh};
 
 /// Large steps for the vertices of a mesh (Nicolet, Jacobson and Jakob 2021).
 ///
-/// Images change where vertices are seen, above all at silhouettes: their gradient is large on few vertices and noise on the
-/// others, and steps along it crumple a mesh. With L the combinatorial Laplacian of the mesh, (L x)ᵢ = Σ over neighbours j
-/// of i of xᵢ − xⱼ, their remedy is to descend in other unknowns,
+/// Image gradients are large on few visible vertices, above all at silhouettes, and noise on the others, and
+/// steps along them crumple a mesh. With L the combinatorial Laplacian of the mesh, (L x)ᵢ = Σ over
+/// neighbours j of i of xᵢ − xⱼ, the method descends in other unknowns,
 ///
 /// ```text
 /// u = M x,   M = I + λ L,
 /// ```
 ///
-/// whose gradient is M⁻¹ ∂L/∂x, as x = M⁻¹ u and M is symmetric. A step Δu moves the vertices by Δx = M⁻¹ Δu, and u itself is
-/// never needed: it stays M x throughout. With [`Adam`](super::Adam) as it chooses Δu, one step of theirs is
+/// whose gradient is M⁻¹ ∂L/∂x, as x = M⁻¹ u and M is symmetric. A step Δu moves the vertices by Δx = M⁻¹ Δu,
+/// and u itself is never needed: it stays M x throughout. With [`Adam`](super::Adam) choosing Δu, one step is
 ///
 /// ```
 /// # use volume3d::{geometry::Mesh, optimize::{Adam, LargeSteps}};
@@ -29,28 +29,31 @@ use crate::geometry::{Edges, Mesh};
 /// # Ok::<(), volume3d::optimize::LargeStepsError>(())
 /// ```
 ///
-/// for the numbers of one `SHAPE.vertex_positions`; other parameters take steps of their own. The one v of
-/// [`uniform`](super::Adam::uniform) matters: a size of its own for each number would undo the smoothing. Where the loss has
-/// its minimum does not change, for M is invertible; which way a fit goes there does, and a fit that ends early is smooth.
+/// for the numbers of one `SHAPE.vertex_positions`; other parameters take separate steps. The shared v of
+/// [`uniform`](super::Adam::uniform) matters: a separate step size for each number would undo the smoothing.
+/// The minimum of the loss does not change, because M is invertible; the path to it does, and a fit that ends
+/// early is smooth.
 ///
 /// # Which λ
-/// On a regular mesh with edges of length h, L is −1.5 h² times the Laplacian of the surface, and M⁻¹ spreads what happens at a vertex
-/// over about √(1.5 λ) edges: 5 for the authors' λ = 19, which is a good start, and 12 for 100, where gradients are noisy or
-/// the first shape is far away. Less than 5 leaves noise in the mesh. A mesh whose edges are half as long needs four times the λ for
-/// the same smoothness in space. Detail comes last, so lower λ, or refine the mesh, as the fit converges; a new λ
-/// makes new unknowns, and [`Adam::restart`](super::Adam::restart) forgets gradients by the old ones. The authors' other
-/// form, (1 − α) I + α L, is (1 − α) M with λ = α/(1 − α), such as 19 for α = 0.95, and takes steps that are 1/(1 − α) times as long
-/// at the same rate.
+/// On a regular mesh with edges of length h, L is −1.5 h² times the Laplacian of the surface, and M⁻¹ spreads
+/// the change of one vertex over about √(1.5 λ) edges: 5 for the authors' λ = 19, which is a good start, and
+/// 12 for 100, where gradients are noisy or the initial shape is far from the target. Less than 5 leaves
+/// noise in the mesh. A mesh whose edges are half as long needs four times the λ for the same smoothness in
+/// space. Detail converges last, so lower λ, or refine the mesh, as the fit converges; a new λ changes the
+/// unknowns, and [`Adam::restart`](super::Adam::restart) discards the moments of the old ones. The authors'
+/// other form, (1 − α) I + α L, is (1 − α) M with λ = α/(1 − α), such as 19 for α = 0.95, and takes steps
+/// that are 1/(1 − α) times as long at the same rate.
 ///
 /// # Which rate
-/// Adam's rate is that of u, of which M⁻¹ leaves little where neighbours pull opposite ways: it must be larger than what vertices are to
-/// move by. From a sphere to a bunny of diagonal 2 in 160 steps, rates of 0.1 to 0.3 that fell tenfold served; 0.03 was slow, and 1 went
-/// astray. As gradients shrink during so short a fit, [`Adam::beta2`](super::Adam::beta2) = 0.95 came nearer than 0.999, which remembers the
-/// first ones to the end.
+/// Adam's rate applies to u, which M⁻¹ reduces strongly where neighbours pull opposite ways: it must be
+/// larger than the desired movement of the vertices. From a sphere to a bunny of diagonal 2 in 160 steps,
+/// rates of 0.1 to 0.3 that fell tenfold worked; 0.03 was slow, and 1 diverged. As gradients shrink during so
+/// short a fit, [`Adam::beta2`](super::Adam::beta2) = 0.95 was more accurate than 0.999, which averages over
+/// the first gradients until the end.
 ///
 /// # What it costs
-/// M is factored once, by the sparse Cholesky decomposition of `faer` after a fill-reducing permutation, and solved for every
-/// step. On one core of a shared machine, spheres took:
+/// M is factored once, by the sparse Cholesky decomposition of `faer` after a fill-reducing permutation, and
+/// solved for every step. On one core of a shared machine, spheres took:
 ///
 /// | vertices | to factor | to solve | memory |
 /// |---|---|---|---|
@@ -59,9 +62,10 @@ use crate::geometry::{Edges, Mesh};
 /// | 163,842 | 0.44 s | 0.04 s | 211 MiB |
 ///
 /// # Topology
-/// Neighbours are those of [`Mesh::positions`], where vertices that a file duplicated for the sake of normals or texture
-/// coordinates are one: seams of either do not tear. Vertices at nearly the same place are two, and tear as they do in the image. What has
-/// no neighbour, and a component as a whole, moves freely: M leaves what is constant as it is.
+/// Neighbours are those of [`Mesh::positions`], where vertices that a file duplicated for normals or texture
+/// coordinates are merged: such seams do not tear. Vertices at nearly equal positions are distinct, and tear
+/// as they do in the image. Isolated vertices, and a component as a whole, move freely: M leaves constant
+/// vectors unchanged.
 #[derive(Clone, Debug)]
 pub struct LargeSteps {
     factor: Llt<usize, f64>,
