@@ -1,4 +1,4 @@
-//! Writing scenes.
+//! Scene export.
 
 use std::collections::HashSet;
 use std::fmt::{Display, Write as _};
@@ -47,7 +47,7 @@ pub fn write_scene(path: &Path, scene: &Scene) -> Result<(), Error> {
     files::write(path, |file| file.write_all(writer.text.as_bytes()).map_err(error))
 }
 
-/// The names of everything, each once.
+/// Unique names of all objects.
 pub(super) struct Ids {
     shapes: Vec<String>,
     implicits: Vec<String>,
@@ -82,18 +82,18 @@ impl Ids {
     }
 }
 
-/// Whether XML has a character, in whatever words.
+/// Whether a character is allowed in XML.
 fn is_text(c: char) -> bool {
     matches!(c, '\t' | '\n' | '\r') || !(c.is_control() || matches!(c, '\u{FFFE}' | '\u{FFFF}'))
 }
 
 pub(super) struct Writer<'a> {
-    /// Where the scene is.
+    /// The folder of the scene.
     parent: &'a Path,
-    /// Where its other files are, from there.
+    /// The folder of its other files, relative to it.
     folder: String,
     text: String,
-    /// How many elements are open.
+    /// The number of open elements.
     depth: usize,
     pub(super) ids: &'a Ids,
 }
@@ -190,7 +190,7 @@ impl Writer<'_> {
         if orthographic.is_none() {
             self.value("float", "fov", camera.field_of_view.to_degrees());
         }
-        // As Mitsuba has them, see the reader.
+        // Mitsuba's convention, see the reader.
         let offset = -camera.principal_point;
         for (name, offset) in [("principal_point_offset_x", offset.x), ("principal_point_offset_y", offset.y)]
         {

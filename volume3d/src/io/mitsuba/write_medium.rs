@@ -1,4 +1,4 @@
-//! Media, written.
+//! Medium export.
 
 use super::write::{Writer, escaped};
 use crate::scene::{Description, Medium};

@@ -1,4 +1,4 @@
-//! Textures, written.
+//! Texture export.
 
 use glam::{DAffine2, DVec2, DVec3};
 
@@ -43,7 +43,7 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// What a texture consists of, and its end.
+    /// Writes the parameters of a texture, and closes its element.
     fn texture_parameters(&mut self, texture: &Texture, file: &str) {
         self.value("string", "filename", file);
         let wrap = match texture.wrap {
