@@ -13,14 +13,14 @@ use crate::geometry::{Edges, Mesh};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Regularizer {
-    /// The mean over vertices of |(L p)_i|², with (L p)_i = p_i − the mean of the neighbours of i (Taubin 1995): prefers
-    /// smooth surfaces, and shrinks them. In squares of scene units.
+    /// The mean over vertices of |(L p)_i|², with (L p)_i = p_i − the mean of the neighbours of i (Taubin
+    /// 1995): prefers smooth surfaces, and shrinks them. In squares of scene units.
     Laplacian,
-    /// The mean over edges of (|e|/ℓ − 1)², with ℓ the mean length of all edges: prefers edges alike, so that none
-    /// collapse. It does not depend on the scale.
+    /// The mean over edges of (|e|/ℓ − 1)², with ℓ the mean length of all edges: prefers edges alike, so that
+    /// none collapse. It does not depend on the scale.
     EdgeLength,
-    /// The mean over edges between two triangles of 1 − n₁·n₂: prefers flat surfaces with few folds. It does not depend on
-    /// the scale. Triangles of zero area have no normal and do not count.
+    /// The mean over edges between two triangles of 1 − n₁·n₂: prefers flat surfaces with few folds. It does
+    /// not depend on the scale. Triangles of zero area have no normal and do not count.
     NormalConsistency,
 }
 

@@ -31,8 +31,8 @@ pub(in crate::io) struct Pinhole {
 }
 
 impl Pinhole {
-    /// Decomposes the first three rows of a matrix, which may have any scale: K is upper triangular with a positive diagonal and
-    /// K_33 = 1, and R is a rotation.
+    /// Decomposes the first three rows of a matrix, which may have any scale: K is upper triangular with a
+    /// positive diagonal and K_33 = 1, and R is a rotation.
     pub(super) fn new(matrix: DMat4, index: usize) -> Result<Self, DtuProblem> {
         let singular = |what| DtuProblem::Singular { index, what };
         let rows = [0, 1, 2].map(|i| matrix.row(i));

@@ -29,9 +29,11 @@ pub struct View {
     pub name: String,
     /// The picture, linear RGB. 24 bytes a pixel: 46 MB of the DTU data.
     pub image: Image,
-    /// Whether a pixel shows the object, row by row from the top: its mean over the channels is above one half of white, as stored.
+    /// Whether a pixel shows the object, row by row from the top: its mean over the channels is above one
+    /// half of white, as stored.
     pub mask: Vec<bool>,
-    /// K: upper triangular in pixels, with a positive diagonal and K_33 = 1. Pixel centres have whole coordinates, as in OpenCV.
+    /// K: upper triangular in pixels, with a positive diagonal and K_33 = 1. Pixel centres have whole
+    /// coordinates, as in OpenCV.
     pub intrinsics: DMat3,
     /// R, from the ball's coordinates to the camera's: x to the right, y down, z into the picture.
     pub rotation: DMat3,
@@ -104,7 +106,8 @@ impl Folder {
     /// A view, from 0.
     ///
     /// # Errors
-    /// [`Error::File`] or [`Error::Image`], or [`Error::Dtu`] if the mask has another size, or there is no such view.
+    /// [`Error::File`] or [`Error::Image`], or [`Error::Dtu`] if the mask has another size, or there is no
+    /// such view.
     pub fn view(&self, index: usize) -> Result<View, Error> {
         let error = |problem| Error::Dtu { path: self.path.clone(), problem };
         let (Some([image, mask]), Some(pinhole)) = (self.names.get(index), self.pinholes.get(index)) else {

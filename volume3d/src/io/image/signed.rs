@@ -7,8 +7,8 @@ use super::{check, error};
 use crate::Image;
 use crate::io::Error;
 
-/// The diverging map `RdBu` of Brewer (ColorBrewer 2.0), sRGB bytes, from negative (blue) over zero (white) to
-/// positive (red). Its nodes are interpolated linearly in sRGB.
+/// The diverging map `RdBu` of Brewer (ColorBrewer 2.0), sRGB bytes, from negative (blue) over zero (white)
+/// to positive (red). Its nodes are interpolated linearly in sRGB.
 const COLOURS: [[u8; 3]; 11] = [
     [5, 48, 97],
     [33, 102, 172],

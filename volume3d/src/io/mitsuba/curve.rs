@@ -11,7 +11,8 @@ use super::transform;
 use crate::geometry::{Attribute, Mesh, MeshError, Normals};
 use crate::io::{At, Error, MeshProblem, Place};
 
-/// Segments of a circle, so that no point is farther than [`TOLERANCE`](crate::geometry::TOLERANCE) times the radius from its mesh.
+/// Segments of a circle, so that no point is farther than [`TOLERANCE`](crate::geometry::TOLERANCE) times the
+/// radius from its mesh.
 const AROUND: u32 = 72;
 /// Maximum number of vertices of all curves of a scene.
 const MOST_VERTICES: usize = 1 << 21;

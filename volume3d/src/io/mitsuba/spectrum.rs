@@ -186,7 +186,8 @@ fn black_body(element: &Element, temperature: f64, scale: f64) -> Result<Colour,
 mod tests {
     use super::*;
 
-    /// A white surface is white, and equal energy has the colour that its chromaticity (1/3, 1/3) has in sRGB.
+    /// A white surface is white, and equal energy has the colour that its chromaticity (1/3, 1/3) has in
+    /// sRGB.
     #[test]
     fn whites() {
         let white = TO_SRGB * integrate(|_| 1.0, Meaning::Reflectance);
@@ -196,7 +197,8 @@ mod tests {
         assert!((energy - expected).abs().max_element() < 1e-3, "{energy} {expected}");
     }
 
-    /// CIE 1931 chromaticity of black bodies: 0.3451, 0.3516 at 5000 K, and 0.4476, 0.4074 at 2856 K, illuminant A.
+    /// CIE 1931 chromaticity of black bodies: 0.3451, 0.3516 at 5000 K, and 0.4476, 0.4074 at 2856 K,
+    /// illuminant A.
     #[test]
     fn black_bodies() {
         let file = std::sync::Arc::from(std::path::Path::new("s.xml"));

@@ -22,8 +22,8 @@ impl Writer<'_> {
         self.texture_parameters(texture, file);
     }
 
-    /// A texture times a factor, for which the format has no place: unless it is 1, in a file of its own with a number that no
-    /// other has.
+    /// A texture times a factor, for which the format has no place: unless it is 1, in a file of its own with
+    /// a number that no other has.
     pub(super) fn scaled_texture(
         &mut self,
         name: &str,

@@ -116,20 +116,21 @@ impl MaskLoss {
         Self { weight: 100.0 / radius, alpha: 50.0 / radius, samples: 100, region }
     }
 
-    /// The loss in step `step`, from 0, of `steps`: α is doubled after each eighth of the steps, five times in all, as IDR does
-    /// after each 250 of 2000 epochs.
+    /// The loss in step `step`, from 0, of `steps`: α is doubled after each eighth of the steps, five times
+    /// in all, as IDR does after each 250 of 2000 epochs.
     #[must_use]
     pub fn sharpened(self, step: u64, steps: u64) -> Self {
         let eighths = (8.0 * step as f64 / steps.max(1) as f64).floor().clamp(0.0, 5.0);
         Self { alpha: self.alpha * eighths.exp2(), ..self }
     }
 
-    /// The loss of a surface, by its index among the implicit surfaces of a scene, over all pixels of the film, row by row from
-    /// the top. The camera is that of the scene. Bits do not depend on the number of threads.
+    /// The loss of a surface, by its index among the implicit surfaces of a scene, over all pixels of the
+    /// film, row by row from the top. The camera is that of the scene. Bits do not depend on the number of
+    /// threads.
     ///
     /// # Errors
-    /// A [`MaskLossError`] if there is no such surface, the mask is not of the film's size, a number is out of its range, or φ is
-    /// not finite.
+    /// A [`MaskLossError`] if there is no such surface, the mask is not of the film's size, a number is out
+    /// of its range, or φ is not finite.
     pub fn of(&self, scene: &Scene, surface: usize, mask: &[bool]) -> Result<MaskEvaluation, MaskLossError> {
         let pixels: Vec<usize> = (0..mask.len()).collect();
         self.of_pixels(scene, surface, mask, &pixels)
