@@ -36,7 +36,7 @@ pub enum ParameterError {
     Lacks {
         /// The name.
         name: String,
-        /// What the object has instead.
+        /// Details: the parameters of the object.
         lack: Box<Lack>,
     },
     /// The parameter has no such component.

@@ -31,7 +31,7 @@ use crate::sdf::{Baked, Grid, Guided, Interpolation};
 /// - names that two things have in common, which the format does not allow: shapes and lights keep theirs,
 ///   and others get a `_`.
 ///
-/// What is out of the reader's range, such as a reflectance above 1, is written and refused when it is read.
+/// Values out of the reader's range, such as a reflectance above 1, are written and refused on reading.
 /// Mitsuba itself knows no `kappa` of directional lights.
 ///
 /// # Errors

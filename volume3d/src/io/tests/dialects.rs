@@ -96,7 +96,7 @@ fn films_that_resolve_time() {
     assert_eq!(told, 7, "{notes:?}");
 }
 
-/// What shows no light of its own is rendered as `path`; a sky that is not read is, leniently, the same
+/// An integrator without light transport is rendered as `path`; a sky that is not read is, leniently, the same
 /// everywhere.
 #[test]
 fn what_stands_for_another() {
