@@ -96,8 +96,8 @@ fn films_that_resolve_time() {
     assert_eq!(told, 7, "{notes:?}");
 }
 
-/// An integrator without light transport is rendered as `path`; a sky that is not read is, leniently, the same
-/// everywhere.
+/// An integrator without light transport is rendered as `path`; a sky that is not read is, leniently, the
+/// same everywhere.
 #[test]
 fn what_stands_for_another() {
     let text = format!(
