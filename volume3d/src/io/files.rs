@@ -1,4 +1,4 @@
-//! Whole files: reading, inflating, and writing so that no half a file is ever seen.
+//! Whole files: reading, decompression, and atomic writing.
 
 use std::fs::File;
 use std::io::{BufWriter, ErrorKind, Read, Write};
@@ -6,24 +6,23 @@ use std::path::{Path, PathBuf};
 
 use super::Error;
 
-/// The most that a compressed file may become, so that a few kilobytes of hostile input cannot fill the
-/// memory: 4 GiB, some 80 million triangles in binary PLY.
+/// Maximum size of a decompressed file, so that a few kilobytes of hostile input cannot exhaust the memory: 4
+/// GiB, some 80 million triangles in binary PLY.
 pub(super) const MAX_INFLATED: u64 = 1 << 32;
 
-/// How often its own length a compressed mesh may become. Texts and binary files of meshes become 2 to 10
-/// times as long, and 40 times where all normals and colours are alike; deflate can reach 1032 times, by
-/// repeating one line.
+/// Maximum decompression ratio of a mesh. Text and binary mesh files grow 2 to 10 times, and 40 times where
+/// all normals and colours are equal; deflate can reach 1032 times, by repeating one line.
 const MOST_INFLATION: u64 = 64;
-/// A compressed mesh may become this long in any case.
+/// Size up to which a decompressed mesh is accepted at any ratio.
 const SMALL: u64 = 1 << 26;
 
-/// The content of a regular file or of what a link to one leads to. A pipe or a device is an error: it may
-/// have no end, or never begin.
+/// Reads a regular file or the target of a link to one. A pipe or a device is an error: reading it may never
+/// end or never begin.
 ///
 /// # Errors
 /// The errors of [`std::fs::read`], or [`ErrorKind::InvalidInput`] for a file that is not regular.
 pub fn read_bytes(path: &Path) -> std::io::Result<Vec<u8>> {
-    // To open a pipe waits until something is written to it.
+    // Opening a pipe blocks until a writer opens it.
     let kind = std::fs::metadata(path)?.file_type();
     if !kind.is_file() && !kind.is_dir() {
         let why = "it is a pipe or a device, and only regular files are read";
@@ -32,7 +31,7 @@ pub fn read_bytes(path: &Path) -> std::io::Result<Vec<u8>> {
     std::fs::read(path)
 }
 
-/// [`read_bytes`], of a text in UTF-8.
+/// [`read_bytes`] for UTF-8 text.
 ///
 /// # Errors
 /// Its errors, or [`ErrorKind::InvalidData`].
@@ -44,7 +43,7 @@ pub(super) fn read(path: &Path) -> Result<Vec<u8>, Error> {
     read_bytes(path).map_err(|source| Error::File { action: "read", path: path.to_path_buf(), source })
 }
 
-/// The content of a gzip file.
+/// Decompresses a gzip file.
 pub(super) fn inflate(bytes: &[u8], path: &Path) -> Result<Vec<u8>, Error> {
     let error = |source| Error::File { action: "decompress", path: path.to_path_buf(), source };
     let most = (bytes.len() as u64).saturating_mul(MOST_INFLATION).clamp(SMALL, MAX_INFLATED);
@@ -62,11 +61,10 @@ pub(super) fn inflate(bytes: &[u8], path: &Path) -> Result<Vec<u8>, Error> {
     Ok(content)
 }
 
-/// Where a file is that is to be written: what a link leads to, be it there yet or not, and otherwise the
-/// path itself.
+/// The destination of a write: the target of a link, whether or not it exists yet, otherwise the path itself.
 #[must_use]
 pub fn destination(path: &Path) -> PathBuf {
-    /// The number of symbolic links that Linux follows.
+    /// Maximum number of symbolic links that Linux follows.
     const MOST_LINKS: usize = 40;
     let mut path = path.to_path_buf();
     for _ in 0..MOST_LINKS {
@@ -76,10 +74,10 @@ pub fn destination(path: &Path) -> PathBuf {
     path
 }
 
-/// Writes a file under another name in the same directory and then renames it, so that `path` is at every
-/// moment either what it was or complete, even if the program is killed or the machine goes down. A link
-/// stays and what it leads to is replaced; a file that is replaced passes on its permissions. A pipe or a
-/// device is not replaced.
+/// Atomic write: writes a temporary file in the same directory and then renames it, so that at every moment
+/// `path` is either what it was or complete, even if the program is killed or the machine goes down. A link
+/// stays and its target is replaced; a replaced file passes on its permissions. A pipe or a device is not
+/// replaced.
 pub(super) fn write(
     path: &Path,
     fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<(), Error>,
@@ -103,7 +101,7 @@ pub(super) fn write(
     if let Some(old) = old.filter(std::fs::Metadata::is_file) {
         file.as_file().set_permissions(old.permissions()).map_err(error)?;
     }
-    // Without it a name may come to the disk before what it names.
+    // Without it the name may reach the disk before the content.
     file.as_file().sync_all().map_err(error)?;
     file.persist(&destination).map_err(|e| error(e.error))?;
     #[cfg(unix)]
@@ -111,7 +109,7 @@ pub(super) fn write(
     Ok(())
 }
 
-/// Writes a whole file so that it is at every moment what it was before, or complete.
+/// Writes a whole file atomically: at every moment it is what it was before, or complete.
 ///
 /// # Errors
 /// [`Error::File`].
@@ -120,7 +118,7 @@ pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     write(path, |file| file.write_all(bytes).map_err(error))
 }
 
-/// Temporary files are private by default, but this one is to stay: it gets the permissions of any other.
+/// Temporary files are private by default, but this one becomes permanent: it gets ordinary permissions.
 fn builder() -> tempfile::Builder<'static, 'static> {
     #[cfg(unix)]
     {

@@ -1,5 +1,5 @@
-//! Entry points for fuzzing: each takes any bytes and must return, whatever they are. What a reader accepts
-//! must keep what its type promises.
+//! Entry points for fuzzing: each takes arbitrary bytes and must return. An accepted value must satisfy the
+//! guarantees of its type.
 
 use std::io::{Error as IoError, ErrorKind};
 use std::path::Path;
@@ -21,7 +21,7 @@ pub fn ply(bytes: &[u8]) {
     mesh(MeshFormat::Ply, bytes);
 }
 
-/// Meshes of a `serialized` file, the first and the second.
+/// The first and the second mesh of a `serialized` file.
 pub fn serialized(bytes: &[u8]) {
     for index in [0, 1] {
         if let Ok(mesh) = parse_serialized(bytes, Path::new("fuzz.serialized"), index) {
@@ -30,7 +30,8 @@ pub fn serialized(bytes: &[u8]) {
     }
 }
 
-/// A scene. Files it names are tiny ones, so that nothing outside is touched; including itself is possible.
+/// A scene. Files it references are replaced by tiny ones, so that nothing outside is read; including itself
+/// is possible.
 pub fn scene(bytes: &[u8]) {
     const TRIANGLE: &[u8] = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
     let open = |path: &Path| match path.extension().and_then(|e| e.to_str()) {
@@ -60,7 +61,7 @@ pub fn npy(bytes: &[u8]) {
     }
 }
 
-/// A grid of signed distances.
+/// An SDF grid.
 pub fn sdf(bytes: &[u8]) {
     if let Ok(grid) = parse_sdf(bytes, Path::new("fuzz.vol"), Interpolation::Cubic) {
         assert_eq!(grid.size().iter().product::<usize>(), grid.nodes().len());

@@ -1,8 +1,8 @@
 //! Files: scenes, meshes, images and arrays, read and written.
 //!
-//! Every reader ends in a value or in an [`Error`] that names the file and, where there is one, the line or the
-//! element; none panics, and none makes room for what the file is too short to hold. Every writer is atomic:
-//! a file is at every moment what it was before, or complete.
+//! Every reader returns a value or an [`Error`] that names the file and, if applicable, the line or the
+//! element; none panics, and none allocates more than the file is long enough to hold. Every writer is
+//! atomic: a file is at every moment what it was before, or complete.
 //!
 //! | what | read | written |
 //! |---|---|---|
@@ -68,8 +68,8 @@ pub fn load_mesh(path: &Path) -> Result<Mesh, Error> {
     load_mesh_with_notes(path).map(|(mesh, _)| mesh)
 }
 
-/// [`load_mesh`], with sentences on what was read in another way than it may have been meant: faces that
-/// are not flat, or several materials.
+/// [`load_mesh`], with notes on interpretations that may not be intended: faces that are not flat, or several
+/// materials.
 ///
 /// # Errors
 /// As [`load_mesh`].

@@ -1,4 +1,5 @@
-//! Networks as safetensors: a JSON header with names, types, shapes and places, then the numbers, little-endian.
+//! Networks as safetensors: a JSON header with names, types, shapes and offsets, then the numbers,
+//! little-endian.
 
 use std::collections::HashMap;
 use std::io::Write;
@@ -13,22 +14,23 @@ use super::memory::with_room;
 use super::{Error, NetworkProblem, files};
 use crate::sdf::network::{Architecture, Network};
 
-/// Bytes of the header's length.
+/// Size of the header length field in bytes.
 const LENGTH: usize = 8;
 
-/// The entry of the metadata that says what the weights alone do not.
+/// The metadata entry with the architecture that the weights do not determine.
 const ENTRY: &str = "network";
 
 /// Reads a network from a safetensors file.
 ///
-/// Its tensors are named as PyTorch names those of a list `layers` of linear layers: `layers.K.weight` of rows × columns (outputs
-/// × inputs) and `layers.K.bias` of rows, K = 0, 1, …, in F32 or F64. How many layers there are and how wide is what the
-/// tensors say. The entry `network` of the metadata says the rest, such as `sharpness=100 frequencies=6`, with `slope_bound=1.5` if a
-/// bound is to be [stated](Network::with_slope_bound). In Python: `save_file(model.state_dict(), path,
-/// metadata={"network": "sharpness=100 frequencies=6"})`. Other entries are not read.
+/// Its tensors are named as PyTorch names those of a list `layers` of linear layers: `layers.K.weight` of
+/// rows × columns (outputs × inputs) and `layers.K.bias` of rows, K = 0, 1, …, in F32 or F64. The tensors
+/// determine the number and width of the layers. The entry `network` of the metadata gives the rest, such as
+/// `sharpness=100 frequencies=6`, with `slope_bound=1.5` if a bound is to be
+/// [stated](Network::with_slope_bound). In Python: `save_file(model.state_dict(), path, metadata={"network":
+/// "sharpness=100 frequencies=6"})`. Other entries are not read.
 ///
 /// # Errors
-/// [`Error::File`] or [`Error::Network`]: also for tensors that a network does not have.
+/// [`Error::File`] or [`Error::Network`]: also for tensors that do not belong to a network.
 pub fn read_network(path: &Path) -> Result<Network, Error> {
     parse_network(&files::read(path)?, path)
 }
@@ -41,10 +43,11 @@ pub fn parse_network(bytes: &[u8], path: &Path) -> Result<Network, Error> {
     parse(bytes).map_err(|problem| Error::Network { path: path.to_path_buf(), problem })
 }
 
-/// Writes a network as [`read_network`] reads it, in F64, atomically. One network always becomes the same bytes.
+/// Writes a network in the format of [`read_network`], in F64, atomically. The bytes are a deterministic
+/// function of the network.
 ///
 /// # Errors
-/// [`Error::File`], or [`Error::Network`] if there is no room in memory.
+/// [`Error::File`], or [`Error::Network`] if memory is insufficient.
 pub fn write_network(path: &Path, network: &Network) -> Result<(), Error> {
     let bytes = encode(network).map_err(|problem| Error::Network { path: path.to_path_buf(), problem })?;
     files::write_bytes(path, &bytes)
@@ -65,7 +68,7 @@ fn encode(network: &Network) -> Result<Vec<u8>, NetworkProblem> {
     }
     let Architecture { sharpness, frequencies, .. } = architecture;
     let bound = network.slope_bound();
-    // One entry only: the crate writes several in any order.
+    // A single entry: the crate writes several in arbitrary order.
     let entry = format!("sharpness={sharpness} frequencies={frequencies} slope_bound={bound}");
     Ok(safetensors::serialize(tensors, Some(HashMap::from([(ENTRY.to_owned(), entry)])))?)
 }
@@ -102,7 +105,7 @@ fn parse(bytes: &[u8]) -> Result<Network, NetworkProblem> {
     })
 }
 
-/// The header and the numbers after it.
+/// Splits a file into the header and the numbers after it.
 fn split(bytes: &[u8]) -> Result<(&[u8], &[u8]), NetworkProblem> {
     let truncated = |expected| NetworkProblem::Truncated { expected, found: bytes.len() };
     let (&length, rest) = bytes.split_first_chunk::<LENGTH>().ok_or(truncated(LENGTH as u128))?;
@@ -111,7 +114,7 @@ fn split(bytes: &[u8]) -> Result<(&[u8], &[u8]), NetworkProblem> {
     header.ok_or(truncated(LENGTH as u128 + u128::from(length)))
 }
 
-/// What the metadata say.
+/// The architecture in the metadata.
 struct Stated {
     sharpness: f64,
     frequencies: usize,
@@ -143,7 +146,7 @@ impl Stated {
     }
 }
 
-/// How many layers there are, at least 2, if all tensors are theirs and each has one.
+/// The number of layers, at least 2; an error if a tensor is missing or unexpected.
 fn layers(header: &Metadata) -> Result<usize, NetworkProblem> {
     let has = |k| ["weight", "bias"].iter().any(|kind| header.info(&name(k, kind)).is_some());
     let layers = (0..).take_while(|&k| has(k)).count();
@@ -166,7 +169,7 @@ fn layers(header: &Metadata) -> Result<usize, NetworkProblem> {
     Ok(layers)
 }
 
-/// Appends the numbers of a tensor, if it has the shape.
+/// Appends the numbers of a tensor after checking its shape.
 fn add_tensor(
     header: &Metadata,
     data: &[u8],
@@ -179,7 +182,7 @@ fn add_tensor(
         return Err(NetworkProblem::Shape { tensor, expected, found: info.shape.clone() });
     }
     let (start, end) = info.data_offsets;
-    // The header was found to cover the data, each number once.
+    // The header was checked to cover the data, each number once.
     let bytes = data.get(start..end).unwrap_or_default();
     let before = parameters.len();
     match info.dtype {

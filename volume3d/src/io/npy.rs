@@ -9,17 +9,17 @@ use super::memory::with_room;
 use super::{ArrayProblem, Error, files};
 use crate::Image;
 
-/// Numbers with a shape, the last index running fastest.
+/// Array of numbers with a shape, the last index running fastest.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Array {
-    /// How many there are along each axis; an image is height × width × 3.
+    /// The length of each axis; an image is height × width × 3.
     pub shape: Vec<usize>,
     /// The numbers.
     pub values: Vec<f64>,
 }
 
 impl From<&Image> for Array {
-    /// Height × width × 3.
+    /// An array of shape height × width × 3.
     fn from(image: &Image) -> Self {
         Self {
             shape: vec![image.height, image.width, 3],
@@ -29,7 +29,7 @@ impl From<&Image> for Array {
 }
 
 impl Array {
-    /// An image, if the shape is height × width × 3, or height × width, which becomes grey.
+    /// The array as an image, if the shape is height × width × 3, or height × width, which becomes grey.
     #[must_use]
     pub fn to_image(&self) -> Option<Image> {
         let pixels: Vec<DVec3> = match self.shape[..] {
@@ -41,7 +41,7 @@ impl Array {
     }
 }
 
-/// How numbers are stored.
+/// Storage precision.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Precision {
     /// float32.
@@ -69,7 +69,7 @@ pub fn parse_npy(bytes: &[u8], path: &Path) -> Result<Array, Error> {
 /// Writes an array in C order, little-endian, atomically.
 ///
 /// # Errors
-/// [`Error::File`], or [`Error::Array`] if the shape does not fit the number of values.
+/// [`Error::File`], or [`Error::Array`] if the shape does not match the number of values.
 pub fn write_npy(path: &Path, array: &Array, precision: Precision) -> Result<(), Error> {
     let count = array.shape.iter().try_fold(1_usize, |n, &d| n.checked_mul(d));
     if count != Some(array.values.len()) {
@@ -92,10 +92,10 @@ pub fn write_npy(path: &Path, array: &Array, precision: Precision) -> Result<(),
 
 const MAGIC: &[u8] = b"\x93NUMPY";
 
-/// The data begin at a multiple of this.
+/// Alignment of the data.
 const ALIGNMENT: usize = 64;
 
-/// Axes there may be, as in NumPy.
+/// Maximum number of axes, as in NumPy.
 const MAX_AXES: usize = 32;
 
 fn header(shape: &[usize], precision: Precision) -> Vec<u8> {
@@ -121,7 +121,7 @@ fn parse(bytes: &[u8]) -> Result<Array, ArrayProblem> {
     }
 }
 
-/// An array of any order, if it has two axes at most; as one in C order.
+/// Parses an array of either order with at most two axes, and returns it in C order.
 pub(super) fn parse_matrix(bytes: &[u8]) -> Result<Array, ArrayProblem> {
     let (array, fortran_order) = parse_either(bytes)?;
     match (fortran_order, &array.shape[..]) {
@@ -139,7 +139,7 @@ pub(super) fn parse_matrix(bytes: &[u8]) -> Result<Array, ArrayProblem> {
     }
 }
 
-/// Numbers as the file has them, and whether their first index runs fastest where that is another order.
+/// Parses the numbers in file order, and whether this is Fortran order where that differs from C order.
 fn parse_either(bytes: &[u8]) -> Result<(Array, bool), ArrayProblem> {
     let (text, data) = split(bytes).ok_or(ArrayProblem::Magic)?;
     let Header { little_endian, size, fortran_order, shape } = Header::parse(text)?;
@@ -149,7 +149,7 @@ fn parse_either(bytes: &[u8]) -> Result<(Array, bool), ArrayProblem> {
         return Err(ArrayProblem::Length { expected, found: data.len() });
     }
     let number = |bytes: &[u8]| {
-        // Big-endian numbers are little-endian ones backwards.
+        // Big-endian numbers are byte-reversed.
         let mut le = [0; 8];
         let le = &mut le[..size];
         le.copy_from_slice(bytes);
@@ -168,7 +168,7 @@ fn parse_either(bytes: &[u8]) -> Result<(Array, bool), ArrayProblem> {
     Ok((Array { values, shape }, differs))
 }
 
-/// The header's text and the data after it.
+/// Splits a file into the header's text and the data after it.
 fn split(bytes: &[u8]) -> Option<(&str, &[u8])> {
     let rest = bytes.strip_prefix(MAGIC)?;
     let (&[major, _], rest) = rest.split_first_chunk()?;
@@ -189,14 +189,14 @@ fn split(bytes: &[u8]) -> Option<(&str, &[u8])> {
 
 struct Header {
     little_endian: bool,
-    /// Bytes of a number.
+    /// Size of a number in bytes.
     size: usize,
     fortran_order: bool,
     shape: Vec<usize>,
 }
 
 impl Header {
-    /// Understands the Python dictionary as NumPy writes it, with its keys in any order.
+    /// Parses the Python dictionary as written by NumPy, with its keys in any order.
     fn parse(text: &str) -> Result<Self, ArrayProblem> {
         let error = |expected| ArrayProblem::Header { expected };
         let text = text.trim().strip_prefix('{').and_then(|t| t.strip_suffix('}'));

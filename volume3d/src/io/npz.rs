@@ -1,4 +1,4 @@
-//! Archives of NumPy arrays (NPZ), of which single matrices are read.
+//! Archives of NumPy arrays (NPZ); only single matrices are read.
 
 use std::collections::BTreeMap;
 use std::io::Read;
@@ -11,13 +11,13 @@ use super::error::excerpt;
 use super::npy::parse_matrix;
 use super::{Array, DtuProblem};
 
-/// The most bytes of a matrix with its header that are inflated; NumPy writes 256.
+/// Maximum decompressed size of a matrix with its header, in bytes; NumPy writes 256.
 const LARGEST: u64 = 1 << 16;
 
-/// The ending of a member's name, which is not part of the array's.
+/// The extension of a member's name, which is not part of the array's.
 const ENDING: &[u8] = b".npy";
 
-/// An archive and what is in it.
+/// NPZ archive with the index of its members.
 pub(super) struct Npz<'a> {
     archive: ZipSliceArchive<&'a [u8]>,
     members: BTreeMap<Vec<u8>, (CompressionMethod, ZipArchiveEntryWayfinder)>,
@@ -40,12 +40,12 @@ impl<'a> Npz<'a> {
         Ok(Self { archive, members })
     }
 
-    /// Whether there is such an array.
+    /// Whether the archive has an array of this name.
     pub(super) fn has(&self, name: &str) -> bool {
         self.members.contains_key(name.as_bytes())
     }
 
-    /// A matrix of four rows and columns whose entries are finite.
+    /// Reads a 4 × 4 matrix with finite entries.
     pub(super) fn matrix(&self, name: &str) -> Result<DMat4, DtuProblem> {
         let array = || name.to_owned();
         let Some(&(method, place)) = self.members.get(name.as_bytes()) else {

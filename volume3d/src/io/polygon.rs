@@ -1,30 +1,29 @@
-//! Polygons of files as triangles.
+//! Triangulation of polygons.
 //!
-//! A fan around the first corner is right where all its triangles are turned as the polygon is. Elsewhere
-//! ears are cut off (Meisters 1975), each turned as the polygon. The triangles' borders add up to the
-//! polygon's, and so do their winding numbers: triangles that are all turned one way cover a polygon once
-//! wherever its winding number is 1, so everywhere within one that does not cross itself. That holds for
-//! polygons with holes that are joined to their outline by an edge in both directions too, whose corners a
-//! Delaunay triangulation would make one.
+//! A fan around the first corner is correct if all its triangles have the orientation of the polygon.
+//! Otherwise ears are clipped (Meisters 1975), each with the orientation of the polygon. The triangles'
+//! borders add up to the polygon's, and so do their winding numbers: triangles of one orientation cover a
+//! polygon once wherever its winding number is 1, hence everywhere inside a simple polygon. This also holds
+//! for polygons with holes that are joined to their outline by an edge in both directions, whose duplicated
+//! corners a Delaunay triangulation would merge.
 //!
 //! Orientations are exact, in the coordinate plane that is closest to the polygon's own.
 
 use glam::{DVec2, DVec3};
 use robust::{Coord, orient2d};
 
-/// Corners of a face that is no fan, at most: cutting ears takes the square of their number.
+/// Maximum number of corners of a face that is not a fan: ear clipping takes quadratic time.
 const MOST: usize = 4000;
 
-/// How far corners that are written with six digits may be off their plane, as a part of the largest
-/// coordinate.
+/// Distance from their plane allowed for corners written with six digits, relative to the largest coordinate.
 const DIGITS: f64 = 1e-5;
 
-/// Makes triangles of polygons, and keeps what is to be said of them.
+/// Triangulates polygons and collects notes.
 #[derive(Debug, Default)]
 pub(super) struct Polygons {
     faces: usize,
     bent: usize,
-    /// The largest distance of a corner from its polygon's plane, as a part of its polygon's size.
+    /// The largest distance of a corner from its polygon's plane, relative to the polygon's size.
     most_bent: f64,
     crossing: usize,
     too_many: usize,
@@ -68,7 +67,7 @@ impl Polygons {
         }
     }
 
-    /// What is to be said of all polygons so far.
+    /// Notes on all polygons so far.
     pub(super) fn notes(&self) -> Vec<String> {
         let Self { faces, bent, most_bent, crossing, too_many } = *self;
         let mut notes = vec![];
@@ -95,13 +94,13 @@ impl Polygons {
     }
 }
 
-/// Twice the area of a triangle, with the right sign, positive where it is turned left.
+/// Twice the signed area of a triangle, positive if counter-clockwise.
 fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     let [a, b, c] = [a, b, c].map(|p| Coord { x: p.x, y: p.y });
     orient2d(a, b, c)
 }
 
-/// Corners without the coordinate along which the polygon is seen largest, turned left as a whole.
+/// The corners projected along the axis in which the polygon's area is largest, oriented counter-clockwise.
 fn projected(corners: &[DVec3], normal: DVec3) -> Vec<DVec2> {
     let size = normal.abs();
     let (axis, positive) = if size.z >= size.x && size.z >= size.y {
@@ -118,15 +117,15 @@ fn projected(corners: &[DVec3], normal: DVec3) -> Vec<DVec2> {
     corners.iter().map(flat).collect()
 }
 
-/// Whether the fan around the first corner is turned left throughout, on one side of the first edge: its
-/// triangles follow one another by less than half a turn and cannot overlap.
+/// Whether the fan around the first corner is counter-clockwise throughout, on one side of the first edge:
+/// its triangles follow one another by less than half a turn and cannot overlap.
 fn is_fan(flat: &[DVec2]) -> bool {
     let left = |i: usize, j: usize| turn(flat[0], flat[i], flat[j]) >= 0.0;
     flat[0] != flat[1] && (2..flat.len()).all(|i| left(1, i) && left(i - 1, i))
 }
 
-/// The triangles of a polygon that is turned left, all of them turned left or of no area; `None` if there
-/// are none such.
+/// The triangles of a counter-clockwise polygon, all counter-clockwise or of no area; `None` if ear clipping
+/// fails.
 fn ears(flat: &[DVec2]) -> Option<Vec<[usize; 3]>> {
     let mut ring: Vec<usize> = (0..flat.len()).collect();
     let mut triangles = Vec::with_capacity(flat.len() - 2);
@@ -137,7 +136,7 @@ fn ears(flat: &[DVec2]) -> Option<Vec<[usize; 3]>> {
         let candidates = || (0..n).map(|i| (start + i) % n);
         let cut = candidates()
             .find(|&k| is_ear(flat, &ring, k))
-            // Where only corners of no area are left to cut, they are on the way back of an edge.
+            // If only corners of no area are left to clip, they are on the way back of an edge.
             .or_else(|| candidates().find(|&k| turn_of(flat, around(k)) == 0.0))?;
         triangles.push(around(cut));
         ring.remove(cut);
@@ -152,8 +151,7 @@ fn turn_of(flat: &[DVec2], [a, b, c]: [usize; 3]) -> f64 {
     turn(flat[a], flat[b], flat[c])
 }
 
-/// Whether a corner can be cut off: it turns left, and the rest of the outline does not come into its
-/// triangle.
+/// Whether a corner is an ear: it turns left, and the rest of the outline does not enter its triangle.
 fn is_ear(flat: &[DVec2], ring: &[usize], k: usize) -> bool {
     let n = ring.len();
     let at = |k: usize| flat[ring[k % n]];
@@ -165,7 +163,7 @@ fn is_ear(flat: &[DVec2], ring: &[usize], k: usize) -> bool {
     (2..n - 1).map(|i| (k + i) % n).all(|i| {
         let p = at(i);
         if p == b {
-            // Another corner at the same place: its edges must not go through the triangle.
+            // Another corner at the same position: its edges must not pass through the triangle.
             return !within(at(i + 1)) && !within(at(i + n - 1));
         }
         let outside = turn(a, b, p) < 0.0 || turn(b, c, p) < 0.0 || turn(c, a, p) < 0.0;
@@ -173,7 +171,7 @@ fn is_ear(flat: &[DVec2], ring: &[usize], k: usize) -> bool {
     })
 }
 
-/// Whether two edges cross, each in the inside of the other.
+/// Whether two edges cross, each in the interior of the other.
 fn crosses_itself(flat: &[DVec2]) -> bool {
     let n = flat.len();
     let edge = |i: usize| [flat[i], flat[(i + 1) % n]];

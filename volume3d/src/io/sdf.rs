@@ -1,7 +1,7 @@
-//! Grids of signed distances in Mitsuba's binary volume format, version 3.
+//! SDF grids in Mitsuba's binary volume format, version 3.
 //!
-//! "VOL", the version as a byte, the type of numbers (1 for float32), nodes along x, y and z, channels, as 32-bit integers, the
-//! bounding box as six float32 numbers, then the nodes, x fastest; all little-endian.
+//! "VOL", the version as a byte, the type of numbers (1 for float32), nodes along x, y and z, channels, as
+//! 32-bit integers, the bounding box as six float32 numbers, then the nodes, x fastest; all little-endian.
 
 use std::io::Write;
 use std::path::Path;
@@ -14,14 +14,14 @@ use crate::sdf::{Grid, Interpolation};
 
 const HEADER: usize = 48;
 
-/// How far nodes may be from where a file has them, in cells: no farther than the numbers of distances in
-/// single precision tell.
+/// Maximum displacement of nodes by rounding, in cells: no more than the resolution of distances in single
+/// precision.
 const MOVED: f64 = 1e-3;
 
-/// Reads a grid; the file does not say how it is to be interpolated.
+/// Reads a grid; the file does not specify the interpolation.
 ///
-/// The outermost nodes lie on the faces of the bounding box. (Mitsuba's `sdfgrid` puts them on those of [0, 1]³ instead,
-/// and leaves the box to `to_world`.)
+/// The outermost nodes lie on the faces of the bounding box. (Mitsuba's `sdfgrid` puts them on those of [0,
+/// 1]³ instead, and leaves the box to `to_world`.)
 ///
 /// # Errors
 /// [`Error::File`] or [`Error::Grid`].
@@ -39,8 +39,8 @@ pub fn parse_sdf(bytes: &[u8], path: &Path, interpolation: Interpolation) -> Res
     grid(interpolation, (low, high), size, nodes).map_err(error)
 }
 
-/// [`parse_sdf`] with the outermost nodes on the faces of [0, 1]³, where Mitsuba puts them, or of the box of the
-/// file. The bytes go before the grid is made.
+/// [`parse_sdf`] with the outermost nodes on the faces of [0, 1]³, as in Mitsuba, or of the box of the file.
+/// The bytes are freed before the grid is made.
 pub(super) fn into_sdf(
     bytes: Vec<u8>,
     path: &Path,
@@ -64,7 +64,7 @@ fn grid(
     Ok(Grid::new(interpolation, low, (high - low) / cells, size, nodes)?)
 }
 
-/// What a file holds.
+/// Content of a file.
 struct Stored {
     size: [usize; 3],
     low: DVec3,

@@ -1,10 +1,10 @@
-//! Mitsuba's `serialized` meshes: several in a file, each of them deflated.
+//! Mitsuba's `serialized` meshes: several in a file, each compressed by deflate.
 //!
-//! A mesh is a header of two 16-bit numbers, 0x041C and the version, 3 or 4, and a zlib stream: flags (32 bits), in version 4
-//! a name that ends in a zero byte, the numbers of vertices and triangles (64 bits each), positions, normals, texture
-//! coordinates and colours as the flags say, in single or double precision, and three indices a triangle. At the end of the
-//! file stand the offsets of all meshes (32 bits each in version 3, 64 in version 4) and their number (32 bits). All numbers
-//! are little-endian.
+//! A mesh is a header of two 16-bit numbers, 0x041C and the version, 3 or 4, and a zlib stream: flags (32
+//! bits), in version 4 a name that ends in a zero byte, the numbers of vertices and triangles (64 bits each),
+//! positions, normals, texture coordinates and colours as the flags say, in single or double precision, and
+//! three indices a triangle. The file ends with the offsets of all meshes (32 bits each in version 3, 64 in
+//! version 4) and their number (32 bits). All numbers are little-endian.
 
 use std::io::Read;
 use std::path::Path;
@@ -26,16 +26,16 @@ const HAS_COLOURS: u32 = 0x0008;
 const FACE_NORMALS: u32 = 0x0010;
 const DOUBLE: u32 = 0x2000;
 
-/// The longest name of a mesh, in bytes.
+/// Maximum length of a mesh's name, in bytes.
 const LONGEST_NAME: usize = 1 << 12;
 
-/// Bytes that a byte of deflated data can become.
+/// Maximum decompression ratio of deflate.
 const MOST_INFLATION: u64 = 1032;
 
-/// A mesh of a file, by its index from 0. `path` is for messages. Colours are not read.
+/// Reads a mesh of a file, by its index from 0. `path` is for messages. Colours are not read.
 ///
 /// # Errors
-/// [`Error::Mesh`], with what is missing, or the triangle whose index is out of range.
+/// [`Error::Mesh`], with the missing part, or the triangle whose index is out of range.
 pub fn parse_serialized(bytes: &[u8], path: &Path, index: usize) -> Result<Mesh, Error> {
     let (soup, face_normals) = parse(bytes, path, index)?;
     soup.into_mesh(face_normals).map_err(|error| failure(path, MeshProblem::Geometry(error)))
@@ -45,16 +45,16 @@ fn failure(path: &Path, problem: MeshProblem) -> Error {
     Error::Mesh { place: Place::new(path, At::Whole), problem }
 }
 
-/// The mesh as it is in the file, and whether it asks for the normals of its faces.
+/// The mesh as stored in the file, and whether its flags ask for face normals.
 pub(super) fn parse(bytes: &[u8], path: &Path, index: usize) -> Result<(Soup, bool), Error> {
     stream(bytes, index).and_then(mesh).map_err(|problem| failure(path, problem))
 }
 
-/// The inflated content of a mesh, read as it is needed.
+/// Decompressed content of a mesh, read on demand.
 struct Stream<'a> {
     version: u16,
     inflated: std::io::Take<ZlibDecoder<&'a [u8]>>,
-    /// The most bytes that can still come.
+    /// Upper bound on the number of remaining bytes.
     room: u64,
 }
 
@@ -68,7 +68,7 @@ fn stream(bytes: &[u8], index: usize) -> Result<Stream<'_>, MeshProblem> {
     let offset = if index == 0 { 0 } else { offset(bytes, version, index)? };
     let begin = bytes.get(offset..).ok_or_else(|| truncated("the mesh that its list of offsets names"))?;
     let deflated = begin.get(4..).ok_or_else(|| truncated("the header of the mesh"))?;
-    // The mesh has a header of its own, which may be of another version.
+    // The mesh has its own header, whose version may differ.
     let version = header(begin)?;
     let room = (deflated.len() as u64).saturating_mul(MOST_INFLATION).min(MAX_INFLATED);
     Ok(Stream { version, inflated: ZlibDecoder::new(deflated).take(room), room })
@@ -86,7 +86,7 @@ fn header(bytes: &[u8]) -> Result<u16, MeshProblem> {
     Ok(version)
 }
 
-/// Where a mesh begins, from the list at the end of the file.
+/// The offset of a mesh, from the list at the end of the file.
 fn offset(bytes: &[u8], version: u16, index: usize) -> Result<usize, MeshProblem> {
     let missing = || truncated("its list of offsets");
     let (rest, count) = bytes.split_last_chunk::<4>().ok_or_else(missing)?;
@@ -111,7 +111,7 @@ impl Stream<'_> {
         Ok(bytes)
     }
 
-    /// A name up to its zero byte.
+    /// Skips a name up to its zero byte.
     fn skip_name(&mut self) -> Result<(), MeshProblem> {
         let mut name = vec![];
         while name.len() <= LONGEST_NAME {
@@ -124,7 +124,7 @@ impl Stream<'_> {
         Err(MeshProblem::Expected { expected, found: excerpt(&String::from_utf8_lossy(&name)) })
     }
 
-    /// A block of `count` values of `width` bytes each, for which there is no room unless the file can hold them.
+    /// A block of `count` values of `width` bytes each; it is allocated only if the file can hold it.
     fn block(&mut self, count: u64, width: u64, what: &str) -> Result<Vec<u8>, MeshProblem> {
         let size = count.checked_mul(width).filter(|&size| size <= self.room);
         let size = size.ok_or_else(|| truncated(&format!("the end of its {count} {what}")))?;
@@ -183,7 +183,7 @@ fn mesh(mut stream: Stream<'_>) -> Result<(Soup, bool), MeshProblem> {
     if has(HAS_COLOURS) {
         stream.rows::<3>(vertices, is_double, "colours")?;
     }
-    // Indices have 64 bits where 32 do not count all vertices: there is no room for so many.
+    // Indices have 64 bits if there are too many vertices for 32: memory does not suffice for so many.
     let bytes = stream.block(triangles, 12, "triangles")?;
     let mut corners: Vec<[u32; 3]> = super::memory::with_room(triangles as usize, "a serialized mesh")?;
     for row in bytes.chunks_exact(12) {

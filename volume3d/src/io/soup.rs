@@ -1,10 +1,10 @@
-//! Triangles as a file has them, before equal places become one.
+//! Triangle soup as stored in a file, before equal positions are merged.
 
 use glam::{DVec2, DVec3};
 
 use crate::geometry::{Attribute, Mesh, MeshError, Normals};
 
-/// The index of what a corner does not have.
+/// The index of a missing texture coordinate or normal.
 pub(super) const NONE: u32 = u32::MAX;
 
 /// Positions, normals and texture coordinates with the indices of the file.
@@ -14,15 +14,15 @@ pub(super) struct Soup {
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) normals: Option<Attribute<DVec3>>,
     pub(super) uvs: Option<Attribute<DVec2>>,
-    /// The texture coordinate, (0, 0), of corners that the file gives none: what is done to all of the others
-    /// is not done to it.
+    /// The index of the texture coordinate (0, 0) of corners without one in the file, which is excluded from
+    /// changes of all others.
     pub(super) absent: Option<u32>,
-    /// What a user should know of how the file was read.
+    /// Notes for the user on how the file was read.
     pub(super) notes: Vec<String>,
 }
 
 impl Soup {
-    /// Turns every triangle and every normal round.
+    /// Reverses the orientation of every triangle and every normal.
     pub(super) fn flip_normals(&mut self) {
         let turn = |triangles: &mut Vec<[u32; 3]>| triangles.iter_mut().for_each(|t| t.swap(1, 2));
         turn(&mut self.triangles);
@@ -35,7 +35,7 @@ impl Soup {
         }
     }
 
-    /// v becomes 1 − v.
+    /// Replaces v by 1 − v.
     pub(super) fn flip_texture_coordinates(&mut self) {
         let absent = self.absent;
         for (index, uv) in self.uvs.iter_mut().flat_map(|uvs| &mut uvs.values).enumerate() {
@@ -45,8 +45,8 @@ impl Soup {
         }
     }
 
-    /// Texture coordinates by triangles of which some corners are [`NONE`]: those are (0, 0), which a note
-    /// says. None at all if no corner has any.
+    /// Sets texture coordinates by triangles; corners that are [`NONE`] get (0, 0), with a note. None are set
+    /// if no corner has any.
     pub(super) fn set_uvs(&mut self, values: Vec<DVec2>, triangles: Vec<[u32; 3]>) {
         let corners = triangles.as_flattened();
         let missing = corners.iter().filter(|&&corner| corner == NONE).count();
@@ -68,8 +68,8 @@ impl Soup {
         self.uvs = Some(uvs);
     }
 
-    /// Normals by triangles of which some corners are [`NONE`]: those are their triangle's, which a note
-    /// says. None at all if no corner has any.
+    /// Sets normals by triangles; corners that are [`NONE`] get the normal of their triangle, with a note.
+    /// None are set if no corner has any.
     pub(super) fn set_normals(&mut self, values: Vec<DVec3>, triangles: Vec<[u32; 3]>) {
         let missing = triangles.as_flattened().iter().filter(|&&corner| corner == NONE).count();
         let count = triangles.as_flattened().len();
@@ -93,7 +93,7 @@ impl Soup {
         self.normals = Some(normals);
     }
 
-    /// A mesh with the normals of its faces, or with the given normals, or, where there are none, with normals
+    /// Converts to a mesh with face normals, or with the given normals, or, without these, with normals
     /// weighted by angles on the file's own vertices.
     pub(super) fn into_mesh(self, face_normals: bool) -> Result<Mesh, MeshError> {
         let Self { positions, triangles, normals, uvs, absent: _, notes: _ } = self;
@@ -110,7 +110,7 @@ impl Soup {
         }
     }
 
-    /// What a built-in shape consists of. Its normals are those of its faces.
+    /// The triangles of a built-in shape, with face normals.
     pub(super) fn from_faces(mesh: &Mesh) -> Self {
         Self {
             positions: mesh.positions().to_vec(),
@@ -124,7 +124,7 @@ impl Soup {
 }
 
 impl From<Mesh> for Soup {
-    /// Of computed normals nothing stays but that there are none given.
+    /// Computed normals are dropped, so that the soup has no given normals.
     fn from(mesh: Mesh) -> Self {
         let normals = match mesh.normals() {
             Normals::Given(normals) => Some(normals.clone()),
@@ -134,7 +134,7 @@ impl From<Mesh> for Soup {
     }
 }
 
-/// Gives corners that are [`NONE`] an index, by their triangle's.
+/// Assigns an index, by triangle, to corners that are [`NONE`].
 fn fill(triangles: &mut [[u32; 3]], index: impl Fn(u32) -> u32) {
     for (triangle, corners) in triangles.iter_mut().enumerate() {
         corners

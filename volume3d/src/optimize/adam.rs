@@ -1,4 +1,4 @@
-//! Steps of the size that the gradient's own history says.
+//! Adam (Kingma and Ba 2015).
 
 use serde::{Deserialize, Serialize};
 
@@ -11,31 +11,33 @@ use serde::{Deserialize, Serialize};
 /// step = −rate m̂ / (√v̂ + ε),   m̂ = m/(1 − β₁ᵗ),   v̂ = v/(1 − β₂ᵗ).
 /// ```
 ///
-/// A step is about `rate` in each number, whatever the size of the gradient, and about three times that where one
-/// gradient follows on many small ones, seven times at most: choose the rate in units of the parameter, as a few hundredths of the change
-/// that is expected in all, and lower it towards the end, as it bounds how near Adam comes. Steps are quotients of noisy
-/// numbers: with an unbiased gradient whose noise is skewed, Adam may rest beside the zero of the gradient (Reddi, Kale and Kumar
-/// 2018). More samples bring it nearer.
+/// A step is about `rate` in each number, whatever the size of the gradient, and about three times that where
+/// one large gradient follows many small ones, seven times at most. Choose the rate in units of the
+/// parameter, as a few hundredths of the total change expected, and lower it towards the end, because it
+/// bounds the final accuracy. Steps are quotients of noisy numbers: with an unbiased gradient whose noise is
+/// skewed, Adam may converge beside the zero of the gradient (Reddi, Kale and Kumar 2018). More samples
+/// reduce this bias.
 ///
-/// With [`uniform`](Self::uniform) there is one v for all numbers, the greatest (Nicolet, Jacobson and Jakob 2021): numbers that
-/// hardly matter then hardly move, which vertices of a mesh need, where Adam alone would move those that nobody sees by
-/// their noise.
+/// With [`uniform`](Self::uniform) all numbers share one v, the maximum (Nicolet, Jacobson and Jakob 2021):
+/// numbers with small gradients then hardly move. Mesh vertices need this, because plain Adam would move
+/// invisible vertices by their noise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Adam {
-    /// The size of a step, in units of the parameters.
+    /// Learning rate: the step size, in units of the parameters.
     pub rate: f64,
-    /// How slowly the mean of gradients forgets: 0.9 averages over about 10 steps.
+    /// Decay of the first moment: 0.9 averages over about 10 steps.
     pub beta1: f64,
-    /// How slowly the mean of squares forgets: 0.999 averages over about 1,000 steps.
+    /// Decay of the second moment: 0.999 averages over about 1,000 steps.
     pub beta2: f64,
-    /// What keeps steps small where all gradients are 0, in units of the gradient.
+    /// Regularisation ε of the denominator, which keeps steps small where all gradients are 0, in units of
+    /// the gradient.
     pub epsilon: f64,
-    /// Whether all numbers have one v.
+    /// Whether all numbers share one v.
     pub uniform: bool,
     state: State,
 }
 
-/// What Adam remembers.
+/// The moments so far.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct State {
     steps: u64,
@@ -44,14 +46,14 @@ struct State {
 }
 
 impl Adam {
-    /// With β₁ = 0.9, β₂ = 0.999 and ε = 10⁻⁸.
+    /// Adam with β₁ = 0.9, β₂ = 0.999 and ε = 10⁻⁸.
     #[must_use]
     pub fn new(rate: f64) -> Self {
         let state = State::default();
         Self { rate, beta1: 0.9, beta2: 0.999, epsilon: 1e-8, uniform: false, state }
     }
 
-    /// The same with one v for all numbers.
+    /// Sets one v for all numbers.
     #[must_use]
     pub fn uniform(self) -> Self {
         Self { uniform: true, ..self }
@@ -79,15 +81,15 @@ impl Adam {
         first.iter().zip(second.iter()).map(|(m, v)| -self.rate * (m / c1) / size(*v)).collect()
     }
 
-    /// How many numbers it moves; nothing before the first step.
+    /// The number of parameters; `None` before the first step.
     pub(crate) fn len(&self) -> Option<usize> {
         (self.state.steps > 0).then_some(self.state.first.len())
     }
 
-    /// How steady the gradients have been: Σ m̂²/Σ v̂ over all numbers, which is 1 if they are all alike, and about
-    /// (1 − β₁)/(1 + β₁) = 0.05 if they are noise around 0. 0 before the first step.
+    /// Signal-to-noise measure of the gradients: Σ m̂²/Σ v̂ over all numbers, which is 1 if all gradients are
+    /// equal, and about (1 − β₁)/(1 + β₁) = 0.05 if they are noise around 0. 0 before the first step.
     ///
-    /// Far from a minimum a small value asks for more samples; near one it is what is to be expected.
+    /// Far from a minimum a small value asks for more samples; near one it is to be expected.
     #[must_use]
     pub fn signal(&self) -> f64 {
         let State { steps, first, second } = &self.state;
@@ -97,7 +99,7 @@ impl Adam {
         if mean_square > 0.0 { squares / correction(self.beta1).powi(2) / mean_square } else { 0.0 }
     }
 
-    /// Forgets the gradients so far.
+    /// Resets the moments.
     pub fn restart(&mut self) {
         self.state = State::default();
     }

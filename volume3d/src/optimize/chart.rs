@@ -1,23 +1,26 @@
-//! Coordinates around a place, for methods that add vectors.
+//! Local coordinates of the parameters, for methods that add vectors.
 
 use glam::DVec3;
 
 use super::parameters::Parameters;
 
-/// Numbers y that say where parameters are relative to an origin x₀: x = [`retract`](Parameters::retract)(x₀, y).
+/// Local coordinates y of parameters relative to an origin x₀: x = [`retract`](Parameters::retract)(x₀, y).
 ///
-/// Methods such as [`lbfgs`](super::lbfgs()) add steps and compare gradients, which rotations do not allow: R₁ R₂ is not
-/// the rotation by the sum of two vectors, and [`Parameters::gradient`] is by a further turn δ of the rotation where it is,
-/// exp(δ) R. In a chart R = exp(y) R₀, where y is a vector like all others, and the derivative by it is
+/// Methods such as [`lbfgs`](super::lbfgs()) add steps and subtract gradients, which is not valid for
+/// rotations: R₁ R₂ is not the rotation by the sum of two vectors, and [`Parameters::gradient`] is the
+/// derivative by a further turn δ of the current rotation, exp(δ) R. In a chart R = exp(y) R₀, where y is an
+/// ordinary vector, and the derivative by it is
 ///
 /// ```text
 /// ∂L/∂y = Jₗ(y)ᵀ ∂L/∂δ,   exp(y + dy) = exp(Jₗ(y) dy) exp(y),
 /// Jₗ(y) = I + (1 − cos θ)/θ² [y]ₓ + (θ − sin θ)/θ³ [y]ₓ²,   θ = |y|,
 /// ```
 ///
-/// with the left Jacobian of SO(3) (Barfoot 2017, equation 7.77). All other parameters are x₀ + y, with the same derivative.
+/// with the left Jacobian of SO(3) (Barfoot 2017, equation 7.77). All other parameters are x₀ + y, with the
+/// same derivative.
 ///
-/// A chart is good for turns of less than a full one, where Jₗ is singular; beyond half a turn, make a new one at the new place.
+/// A chart is valid for turns of less than a full one, where Jₗ is singular; beyond half a turn, make a new
+/// chart at the current parameters.
 #[derive(Clone, Debug)]
 pub struct Chart<'p> {
     parameters: &'p Parameters,
@@ -25,7 +28,7 @@ pub struct Chart<'p> {
 }
 
 impl<'p> Chart<'p> {
-    /// Around a place, which has y = 0.
+    /// The chart around `origin`, which has y = 0.
     ///
     /// # Panics
     /// If `origin` has another length than the parameters.
@@ -35,7 +38,7 @@ impl<'p> Chart<'p> {
         Self { parameters, origin: origin.to_vec() }
     }
 
-    /// The place x with coordinates y.
+    /// The parameters x with coordinates y.
     ///
     /// # Panics
     /// If y has another length than the parameters.
@@ -46,8 +49,8 @@ impl<'p> Chart<'p> {
         x
     }
 
-    /// The derivative by y from that of [`Parameters::gradient`] at [`point`](Self::point)(y). y must be within
-    /// [`bounds`](Self::bounds), for beyond them x stands still.
+    /// The derivative by y from that of [`Parameters::gradient`] at [`point`](Self::point)(y). y must be
+    /// within [`bounds`](Self::bounds), because beyond them x does not change.
     ///
     /// # Panics
     /// If the lengths are not that of the parameters.
@@ -62,7 +65,8 @@ impl<'p> Chart<'p> {
         pulled
     }
 
-    /// The least and the greatest value of each number of y: those of the parameters, and half a turn either way.
+    /// Lower and upper bound of each number of y: those of the parameters, and half a turn either way for
+    /// rotations.
     #[must_use]
     pub fn bounds(&self) -> Vec<[f64; 2]> {
         let of = |group: &super::Group| {

@@ -1,27 +1,27 @@
-//! The state of a fit in a file.
+//! Checkpoints: the state of a fit in a file.
 
 use std::path::{Path, PathBuf};
 
 use super::fit::State;
 use crate::io::Error;
 
-/// The first bytes of the file, with the version of what follows.
+/// The first bytes of the file, with the format version.
 const HEADER: &[u8] = b"volume3d fit, state 3\n";
 
-/// Why the state of a fit cannot be read.
+/// Why a checkpoint cannot be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CheckpointError {
     /// The file cannot be read.
     #[error(transparent)]
     File(#[from] Error),
-    /// It is something else, or damaged.
+    /// The file is not a checkpoint, or is damaged.
     #[error("{} is not the state of a fit, or is damaged; remove it to start from the beginning", path.display())]
     Format {
         /// The file.
         path: PathBuf,
     },
-    /// It belongs to other input.
+    /// The checkpoint belongs to other input.
     #[error("{} is the state of another fit: its configuration, scene or pictures were not these", path.display())]
     Other {
         /// The file.
@@ -29,8 +29,8 @@ pub enum CheckpointError {
     },
 }
 
-/// Writes a state so that the file is at every moment what it was before, or complete. `fingerprint` says of which input it is the
-/// state.
+/// Writes a state atomically: at every moment the file is what it was before, or complete. `fingerprint`
+/// identifies the input of the fit.
 ///
 /// # Errors
 /// [`Error::File`].
@@ -44,7 +44,7 @@ pub fn write_checkpoint(path: &Path, state: &State, fingerprint: u32) -> Result<
     crate::io::write_bytes(path, &bytes)
 }
 
-/// Reads what [`write_checkpoint`] wrote, bit for bit; nothing if there is no such file.
+/// Reads a state written by [`write_checkpoint`], bit for bit; `None` if the file does not exist.
 ///
 /// # Errors
 /// A [`CheckpointError`].

@@ -1,59 +1,64 @@
-//! Steps that move the nodes of a grid smoothly.
+//! Smoothed steps for the nodes of an SDF grid.
 
 use crate::sdf::{Grid, RedistanceError, Slopes, redistance};
 
-/// How the nodes of a grid of distances are moved by a fit.
+/// Step settings for the nodes of an SDF grid in a fit.
 ///
 /// # Smooth steps
 ///
-/// As [`LargeSteps`](super::LargeSteps) for meshes: the gradient is divided by M, [`Adam`](super::Adam) makes a step of it, and this is divided by M again, with
+/// As [`LargeSteps`](super::LargeSteps) for meshes: the gradient is divided by M, [`Adam`](super::Adam) turns
+/// it into a step, and this is divided by M again, with
 ///
 /// ```text
 /// M = (I + λ L_x) (I + λ L_y) (I + λ L_z),   (L c)_i = 2 c_i − c_{i−1} − c_{i+1},
 /// ```
 ///
-/// one axis after another. What happens at a node spreads over about √λ nodes. Without, steps of neighbours differ by noise, slopes grow with
-/// every step, and rays take ever more steps of their own: from a ball to a bunny, the bound on |∇φ| was 8 after 40 steps, and 2 with λ = 1, at which a
-/// step took a fourth of the time and came as near. Each number keeps a step size of its own: with [`Adam::uniform`](super::Adam::uniform) it took four times as
-/// many steps.
+/// one axis after another. The change of one node spreads over about √λ nodes. Without smoothing, steps of
+/// neighbours differ by noise, slopes grow with every step, and sphere tracing takes ever more steps: from a
+/// ball to a bunny, the bound on |∇φ| was 8 after 40 steps, and 2 with λ = 1, at which a step took a fourth
+/// of the time with equal accuracy. Each number keeps its own step size: with
+/// [`Adam::uniform`](super::Adam::uniform) it took four times as many steps.
 ///
 /// # Distances
 ///
-/// After a step φ is no distance. [`redistance()`] makes it one again, with the surface where the step has put it; but it does not leave the grid, which stays
-/// [closed](Grid::closed).
+/// After a step φ is no longer a distance. [`redistance()`] restores the distance and keeps the surface of
+/// the step, except that the surface cannot leave the grid, which stays [closed](Grid::closed).
 ///
 /// # From coarse to fine
 ///
-/// Grids of 16 cells find the rough shape in a few dozen steps, which 64 do not. After the steps of `refine` the grid has
-/// [half the spacing](Grid::subdivided), with the same surface, Adam begins anew, and steps are half as long: as many cells. Of a [network on a
-/// grid](crate::sdf::Baked) the grid becomes finer, and its weights and their steps stay.
+/// Grids of 16 cells find the rough shape in a few dozen steps; grids of 64 do not. After the steps of
+/// `refine` the grid has [half the spacing](Grid::subdivided), with the same surface, Adam begins anew, and
+/// steps are half as long, the same number of cells. For a [network on a grid](crate::sdf::Baked) the grid is
+/// refined, and the weights and their steps stay.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GridSteps {
-    /// λ, at least 0: 1 is a good start.
+    /// Smoothing weight λ, at least 0: 1 is a good start.
     pub smoothing: f64,
-    /// Whether nodes are made distances after every step.
+    /// Whether the grid is redistanced after every step.
     pub redistance: bool,
-    /// The numbers of steps after which the grid becomes finer, in increasing order.
+    /// The numbers of steps after which the grid is refined, in increasing order.
     pub refine: Vec<u64>,
-    /// For a network on a grid, the number of steps after which rays are traced at [the network itself](crate::sdf::Guided): what
-    /// is fitted then is its own surface, without that of a spline between, at a hundred times the cost of a sample.
+    /// For a network on a grid, the number of steps after which rays trace [the network
+    /// itself](crate::sdf::Guided): its own surface is then fitted, not that of the interpolating spline, at
+    /// a hundred times the cost of a sample.
     pub finish: Option<u64>,
 }
 
 impl GridSteps {
-    /// How often the grid has become finer after so many steps.
+    /// The number of refinements after `steps` steps.
     #[must_use]
     pub fn refinements(&self, steps: u64) -> usize {
         self.refine.iter().filter(|&&step| step <= steps).count()
     }
 
-    /// Whether after so many steps a network is traced itself.
+    /// Whether the network is traced directly after `steps` steps.
     #[must_use]
     pub fn is_finishing(&self, steps: u64) -> bool {
         self.finish.is_some_and(|finish| finish <= steps)
     }
 
-    /// Whether a network on a grid can have these steps: its grid becomes finer, or is left, and that is all.
+    /// Whether these settings suit a network on a grid: only refinement or `finish`, no smoothing or
+    /// redistancing.
     #[must_use]
     pub fn is_for_networks(&self) -> bool {
         self.smoothing == 0.0 && !self.redistance
@@ -62,7 +67,7 @@ impl GridSteps {
     /// M⁻¹ times a number for each node, x fastest.
     ///
     /// # Panics
-    /// If there are not as many as nodes.
+    /// If the number of values is not that of the nodes.
     #[must_use]
     pub fn solve(&self, size: [usize; 3], vector: &[f64]) -> Vec<f64> {
         assert_eq!(vector.len(), size.iter().product::<usize>(), "a number for each node");
@@ -78,21 +83,21 @@ impl GridSteps {
         solution
     }
 
-    /// The grid with other nodes, after a step.
+    /// The grid with new node values, after a step.
     pub(super) fn stepped(&self, grid: &Grid, nodes: &[f64]) -> Result<Grid, RedistanceError> {
         let nodes = nodes.to_vec();
         let grid = Grid::new(grid.interpolation(), grid.low(), grid.spacing(), grid.size(), nodes)?;
         if self.redistance { redistance(&grid.closed()?, Slopes::Overall) } else { Ok(grid) }
     }
 
-    /// The finer grid.
+    /// The refined grid.
     pub(super) fn refined(&self, grid: &Grid) -> Result<Grid, RedistanceError> {
         let finer = grid.subdivided()?;
         if self.redistance { redistance(&finer, Slopes::Overall) } else { Ok(finer) }
     }
 }
 
-/// Thomas's algorithm divides row i of I + λL by its pivot; what is left above the diagonal.
+/// Superdiagonal of I + λL after each row is divided by its pivot (Thomas algorithm).
 fn ratios(lambda: f64, count: usize) -> Vec<f64> {
     let mut before = 0.0;
     (0..count)

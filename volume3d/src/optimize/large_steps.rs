@@ -1,4 +1,4 @@
-//! Steps that move a mesh smoothly.
+//! Laplacian-preconditioned steps for mesh vertices (Nicolet, Jacobson and Jakob 2021).
 
 use faer::linalg::solvers::Solve;
 use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
@@ -9,16 +9,16 @@ use crate::geometry::{Edges, Mesh};
 
 /// Large steps for the vertices of a mesh (Nicolet, Jacobson and Jakob 2021).
 ///
-/// Images change where vertices are seen, above all at silhouettes: their gradient is large on few vertices and noise on the
-/// others, and steps along it crumple a mesh. With L the combinatorial Laplacian of the mesh, (L x)ᵢ = Σ over neighbours j
-/// of i of xᵢ − xⱼ, their remedy is to descend in other unknowns,
+/// Image gradients are large on few visible vertices, above all at silhouettes, and noise on the others, and
+/// steps along them crumple a mesh. With L the combinatorial Laplacian of the mesh, (L x)ᵢ = Σ over
+/// neighbours j of i of xᵢ − xⱼ, the method descends in other unknowns,
 ///
 /// ```text
 /// u = M x,   M = I + λ L,
 /// ```
 ///
-/// whose gradient is M⁻¹ ∂L/∂x, as x = M⁻¹ u and M is symmetric. A step Δu moves the vertices by Δx = M⁻¹ Δu, and u itself is
-/// never needed: it stays M x throughout. With [`Adam`](super::Adam) as it chooses Δu, one step of theirs is
+/// whose gradient is M⁻¹ ∂L/∂x, as x = M⁻¹ u and M is symmetric. A step Δu moves the vertices by Δx = M⁻¹ Δu,
+/// and u itself is never needed: it stays M x throughout. With [`Adam`](super::Adam) choosing Δu, one step is
 ///
 /// ```
 /// # use volume3d::{geometry::Mesh, optimize::{Adam, LargeSteps}};
@@ -29,28 +29,31 @@ use crate::geometry::{Edges, Mesh};
 /// # Ok::<(), volume3d::optimize::LargeStepsError>(())
 /// ```
 ///
-/// for the numbers of one `SHAPE.vertex_positions`; other parameters take steps of their own. The one v of
-/// [`uniform`](super::Adam::uniform) matters: a size of its own for each number would undo the smoothing. Where the loss has
-/// its minimum does not change, for M is invertible; which way a fit goes there does, and a fit that ends early is smooth.
+/// for the numbers of one `SHAPE.vertex_positions`; other parameters take separate steps. The shared v of
+/// [`uniform`](super::Adam::uniform) matters: a separate step size for each number would undo the smoothing.
+/// The minimum of the loss does not change, because M is invertible; the path to it does, and a fit that ends
+/// early is smooth.
 ///
 /// # Which λ
-/// On a regular mesh with edges of length h, L is −1.5 h² times the Laplacian of the surface, and M⁻¹ spreads what happens at a vertex
-/// over about √(1.5 λ) edges: 5 for the authors' λ = 19, which is a good start, and 12 for 100, where gradients are noisy or
-/// the first shape is far away. Less than 5 leaves noise in the mesh. A mesh whose edges are half as long needs four times the λ for
-/// the same smoothness in space. Detail comes last, so lower λ, or refine the mesh, as the fit converges; a new λ
-/// makes new unknowns, and [`Adam::restart`](super::Adam::restart) forgets gradients by the old ones. The authors' other
-/// form, (1 − α) I + α L, is (1 − α) M with λ = α/(1 − α), such as 19 for α = 0.95, and takes steps that are 1/(1 − α) times as long
-/// at the same rate.
+/// On a regular mesh with edges of length h, L is −1.5 h² times the Laplacian of the surface, and M⁻¹ spreads
+/// the change of one vertex over about √(1.5 λ) edges: 5 for the authors' λ = 19, which is a good start, and
+/// 12 for 100, where gradients are noisy or the initial shape is far from the target. Less than 5 leaves
+/// noise in the mesh. A mesh whose edges are half as long needs four times the λ for the same smoothness in
+/// space. Detail converges last, so lower λ, or refine the mesh, as the fit converges; a new λ changes the
+/// unknowns, and [`Adam::restart`](super::Adam::restart) discards the moments of the old ones. The authors'
+/// other form, (1 − α) I + α L, is (1 − α) M with λ = α/(1 − α), such as 19 for α = 0.95, and takes steps
+/// that are 1/(1 − α) times as long at the same rate.
 ///
 /// # Which rate
-/// Adam's rate is that of u, of which M⁻¹ leaves little where neighbours pull opposite ways: it must be larger than what vertices are to
-/// move by. From a sphere to a bunny of diagonal 2 in 160 steps, rates of 0.1 to 0.3 that fell tenfold served; 0.03 was slow, and 1 went
-/// astray. As gradients shrink during so short a fit, [`Adam::beta2`](super::Adam::beta2) = 0.95 came nearer than 0.999, which remembers the
-/// first ones to the end.
+/// Adam's rate applies to u, which M⁻¹ reduces strongly where neighbours pull opposite ways: it must be
+/// larger than the desired movement of the vertices. From a sphere to a bunny of diagonal 2 in 160 steps,
+/// rates of 0.1 to 0.3 that fell tenfold worked; 0.03 was slow, and 1 diverged. As gradients shrink during so
+/// short a fit, [`Adam::beta2`](super::Adam::beta2) = 0.95 was more accurate than 0.999, which averages over
+/// the first gradients until the end.
 ///
 /// # What it costs
-/// M is factored once, by the sparse Cholesky decomposition of `faer` after a fill-reducing permutation, and solved for every
-/// step. On one core of a shared machine, spheres took:
+/// M is factored once, by the sparse Cholesky decomposition of `faer` after a fill-reducing permutation, and
+/// solved for every step. On one core of a shared machine, spheres took:
 ///
 /// | vertices | to factor | to solve | memory |
 /// |---|---|---|---|
@@ -59,16 +62,17 @@ use crate::geometry::{Edges, Mesh};
 /// | 163,842 | 0.44 s | 0.04 s | 211 MiB |
 ///
 /// # Topology
-/// Neighbours are those of [`Mesh::positions`], where vertices that a file duplicated for the sake of normals or texture
-/// coordinates are one: seams of either do not tear. Vertices at nearly the same place are two, and tear as they do in the image. What has
-/// no neighbour, and a component as a whole, moves freely: M leaves what is constant as it is.
+/// Neighbours are those of [`Mesh::positions`], where vertices that a file duplicated for normals or texture
+/// coordinates are merged: such seams do not tear. Vertices at nearly equal positions are distinct, and tear
+/// as they do in the image. Isolated vertices, and a component as a whole, move freely: M leaves constant
+/// vectors unchanged.
 #[derive(Clone, Debug)]
 pub struct LargeSteps {
     factor: Llt<usize, f64>,
     vertices: usize,
 }
 
-/// Why there are no large steps.
+/// Why large steps cannot be set up.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LargeStepsError {
@@ -79,28 +83,29 @@ pub enum LargeStepsError {
     Lambda {
         /// λ.
         lambda: f64,
-        /// Beyond it, rounding would change the sixth digit of a step.
+        /// Upper limit, beyond which rounding would change the sixth digit of a step.
         greatest: f64,
     },
-    /// The factor has no room.
+    /// The Cholesky factor does not fit into memory.
     #[error(
         "the Cholesky factor for the large steps of {vertices} vertices does not fit into memory; fit a coarser mesh"
     )]
     Memory {
-        /// How many the mesh has.
+        /// The number of vertices of the mesh.
         vertices: usize,
     },
 }
 
-/// The greatest condition number of M: rounding then changes a solution by about 10⁻⁶ of itself.
+/// Largest condition number of M that is accepted: rounding then changes a solution by about 10⁻⁶ of itself.
 const CONDITION: f64 = 1e10;
 
 impl LargeSteps {
-    /// Factors I + λ L for the topology of a mesh; where its vertices are does not matter.
+    /// Factors I + λ L for the topology of a mesh; the vertex positions do not matter.
     ///
     /// # Errors
-    /// [`LargeStepsError::Lambda`] if λ is negative, not finite, or so large that nothing would be left of I beside λ L;
-    /// [`LargeStepsError::Memory`] if there is none.
+    /// - [`LargeStepsError::Lambda`] if λ is negative, not finite, or so large that I would be lost to
+    ///   rounding beside λ L.
+    /// - [`LargeStepsError::Memory`] if the factor does not fit into memory.
     pub fn new(mesh: &Mesh, lambda: f64) -> Result<Self, LargeStepsError> {
         let vertices = mesh.positions().len();
         let edges = Edges::of(mesh.triangles().iter().copied());
@@ -127,17 +132,17 @@ impl LargeSteps {
         Ok(Self { factor, vertices })
     }
 
-    /// How many vertices the mesh has.
+    /// The number of vertices of the mesh.
     pub(crate) fn vertices(&self) -> usize {
         self.vertices
     }
 
-    /// M⁻¹ times a vector of the mesh's vertices, x, y and z of each in turn; each coordinate by itself.
+    /// M⁻¹ times a vector of the mesh's vertices, x, y and z of each in turn; each coordinate separately.
     ///
-    /// The same at any number of threads, bit for bit.
+    /// The result is bit-identical for any number of threads.
     ///
     /// # Panics
-    /// If it has another length than three times the number of [`positions`](Mesh::positions).
+    /// If its length is not three times the number of [`positions`](Mesh::positions).
     #[must_use]
     pub fn solve(&self, vector: &[f64]) -> Vec<f64> {
         assert_eq!(vector.len(), 3 * self.vertices, "three numbers for each vertex of the mesh");
@@ -156,8 +161,8 @@ mod tests {
     use super::*;
     use crate::geometry::Attribute;
 
-    /// The unit sphere, from a cube each of whose faces is a grid of `n` × `n` squares with vertices of its own, as files with
-    /// texture coordinates have them.
+    /// The unit sphere, from a cube each of whose faces is a grid of `n` × `n` squares with vertices of its
+    /// own, as in files with texture coordinates.
     fn sphere(n: u32) -> Mesh {
         let (mut positions, mut triangles) = (vec![], vec![]);
         for (axis, side) in (0..3).flat_map(|axis| [(axis, -1.0), (axis, 1.0)]) {
@@ -177,7 +182,7 @@ mod tests {
         Mesh::new(positions, triangles).unwrap().with_uvs(corners).unwrap()
     }
 
-    /// Two components, a vertex alone, an edge of three triangles and a triangle without area.
+    /// Two components, an isolated vertex, an edge of three triangles and a triangle without area.
     fn awkward() -> Mesh {
         let mut positions = Mesh::cube().positions().to_vec();
         positions.extend((0..7).map(|i| DVec3::new(9.0, f64::from(i), f64::from(i * i))));
@@ -215,10 +220,10 @@ mod tests {
             let (a, b) = (random(&mesh, 1), random(&mesh, 2));
             let (by_a, by_b) = (large_steps.solve(&a), large_steps.solve(&b));
             assert!(distance(&multiply(&mesh, lambda, &by_a), &a) < 1e-12);
-            // It is its own transpose.
+            // M is symmetric.
             let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>();
             assert!((dot(&by_a, &b) - dot(&a, &by_b)).abs() < 1e-12);
-            // What is constant stays as it is.
+            // Constant vectors are unchanged.
             let constant: Vec<f64> = (0..a.len()).map(|k| [0.3, -2.0, 7.0][k % 3]).collect();
             assert!(distance(&large_steps.solve(&constant), &constant) < 1e-12);
         }
@@ -230,7 +235,7 @@ mod tests {
         let mut x = vec![0.0; 3 * mesh.positions().len()];
         (x[0], x[24]) = (1.0, 1.0);
         let solution = LargeSteps::new(&mesh, 5.0).unwrap().solve(&x);
-        // The cube is vertices 0 to 7; 8 is alone.
+        // The cube is vertices 0 to 7; vertex 8 is isolated.
         assert!(solution[..24].iter().step_by(3).all(|x| *x > 0.0 && *x < 0.5));
         assert_eq!(solution[24], 1.0);
         assert!(solution[27..].iter().all(|x| *x == 0.0));
@@ -254,7 +259,7 @@ mod tests {
             assert!(matches!(error, LargeStepsError::Lambda { .. }), "{error}");
             assert!(error.to_string().starts_with(&format!("the lambda of large steps is {lambda}, but")));
         }
-        // At the limit solutions are as good as promised.
+        // At the limit solutions are as accurate as promised.
         let Err(LargeStepsError::Lambda { greatest, .. }) = LargeSteps::new(&mesh, 1e12) else { panic!() };
         let constant = vec![1.0; 3 * mesh.positions().len()];
         let solution = LargeSteps::new(&mesh, greatest).unwrap().solve(&constant);
@@ -273,8 +278,8 @@ mod tests {
         assert!(edges.iter().all(|sides| sides.len() == 2));
     }
 
-    /// Distance and roughness of a sphere of radius 1 that is drawn to radius 1.5 by gradients with noise, of which each step
-    /// sees those of one vertex in five.
+    /// Distance and roughness of a sphere of radius 1 that is drawn to radius 1.5 by noisy gradients, each of
+    /// which covers one vertex in five.
     fn fit(adam: Adam, large_steps: Option<&LargeSteps>) -> (f64, f64) {
         const STEPS: u64 = 300;
         let (mut mesh, rate, mut adam) = (sphere(12), adam.rate, adam);
@@ -306,7 +311,7 @@ mod tests {
         let large_steps = LargeSteps::new(&sphere(12), 19.0).unwrap();
         let (distance, roughness) = fit(Adam::new(0.02).uniform(), Some(&large_steps));
         assert!(distance < 0.02 && roughness < 2.0 * perfect, "{distance} {roughness} {perfect}");
-        // Without, at any rate, it ends farther away and crumpled.
+        // Without large steps, at any rate, the sphere ends farther away and crumpled.
         for rate in [0.003, 0.01, 0.03] {
             let (distance, roughness) = fit(Adam::new(rate), None);
             assert!(distance > 0.03 && roughness > 10.0 * perfect, "{rate}: {distance} {roughness}");

@@ -1,4 +1,4 @@
-//! Few parameters and little noise: steps by the curvature of the loss.
+//! L-BFGS-B, for few parameters and little noise.
 
 use std::cell::RefCell;
 
@@ -7,24 +7,26 @@ use basin::{
     Executor, FirstOrderState, Gradient, Termination,
 };
 
-/// The limited-memory method of Broyden, Fletcher, Goldfarb and Shanno with bounds (Byrd, Lu, Nocedal and Zhu 1995), for
-/// [`lbfgs`].
+/// L-BFGS-B, the limited-memory method of Broyden, Fletcher, Goldfarb and Shanno with bounds (Byrd, Lu,
+/// Nocedal and Zhu 1995): options of [`lbfgs`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lbfgs {
-    /// The length of the first step, in units of the parameters: about a tenth of the change that is expected in all. Later steps
-    /// follow from the gradients. Parameters of different units are best scaled before, so that one length suits all.
+    /// The length of the first step, in units of the parameters: about a tenth of the total change expected.
+    /// Later steps follow from the gradients. Parameters of different units are best scaled beforehand, so
+    /// that one length suits all.
     pub first_step: f64,
-    /// At most so many evaluations of loss and gradient; 50 are enough for a pose.
+    /// Maximum number of evaluations of loss and gradient; 50 are enough for a pose.
     pub evaluations: usize,
-    /// It has converged where no number of the gradient is more than so much of the length of the first gradient. 10⁻³ is as near as images
-    /// lead, 10⁻⁶ is for closed forms.
+    /// Convergence tolerance: the largest component of the gradient relative to the length of the first
+    /// gradient. 10⁻³ is the accuracy that images allow, 10⁻⁶ is for closed forms.
     pub tolerance: f64,
-    /// The least and the greatest value of each parameter, such as [`Chart::bounds`](super::Chart::bounds); none at all if empty.
+    /// Lower and upper bound of each parameter, such as [`Chart::bounds`](super::Chart::bounds); empty for
+    /// none.
     pub bounds: Vec<[f64; 2]>,
 }
 
 impl Lbfgs {
-    /// Without bounds, with 50 evaluations and a tolerance of 10⁻³.
+    /// No bounds, 50 evaluations and a tolerance of 10⁻³.
     #[must_use]
     pub fn new(first_step: f64) -> Self {
         Self { first_step, evaluations: 50, tolerance: 1e-3, bounds: vec![] }
@@ -51,33 +53,33 @@ impl Lbfgs {
     }
 }
 
-/// Where [`lbfgs`] has ended.
+/// Result of [`lbfgs`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Minimum {
-    /// The parameters of the least loss that was found.
+    /// The parameters of the lowest loss found.
     pub x: Vec<f64>,
     /// That loss.
     pub loss: f64,
-    /// How often loss and gradient were evaluated.
+    /// The number of evaluations of loss and gradient.
     pub evaluations: usize,
-    /// Why it ended.
+    /// The reason for termination.
     pub end: End,
 }
 
-/// Why [`lbfgs`] ended.
+/// Reason for termination of [`lbfgs`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum End {
-    /// The gradient is within the tolerance, or the loss has stopped falling but for rounding.
+    /// The gradient is within the tolerance, or the loss decreases only by rounding.
     Converged,
     /// All evaluations were used.
     Evaluations,
-    /// No step along the search direction lowers the loss as its gradient promises: noise of the loss or of the gradient is as
-    /// large as what is left to gain. More samples lead on.
+    /// No step along the search direction lowers the loss as its gradient predicts: the noise of the loss or
+    /// of the gradient is as large as the remaining decrease. More samples help.
     Noise,
 }
 
-/// Why there is no minimum.
+/// Errors of L-BFGS-B.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum LbfgsError<E> {
@@ -91,9 +93,9 @@ pub enum LbfgsError<E> {
     NotFinite {
         /// "loss" or "gradient".
         what: &'static str,
-        /// Which evaluation, from 1.
+        /// The number of the evaluation, from 1.
         evaluation: usize,
-        /// Where.
+        /// The parameters of the evaluation.
         x: Vec<f64>,
     },
     /// The evaluation has failed.
@@ -103,22 +105,26 @@ pub enum LbfgsError<E> {
 
 /// Finds a minimum of a loss of few parameters, from its values and gradients.
 ///
-/// `evaluate` tells loss and gradient at parameters x. Where Adam takes a hundred steps of a stated size, this method learns how
-/// the gradient turns from one evaluation to the next, and takes about as many as Newton's method would. For many parameters, such as
-/// vertices, take [`Adam`](super::Adam) with [`LargeSteps`](super::LargeSteps).
+/// `evaluate` returns loss and gradient at parameters x. Where Adam takes a hundred steps of a stated size,
+/// this method estimates the curvature from successive gradients, and takes about as many steps as Newton's
+/// method would. For many parameters, such as vertices, use [`Adam`](super::Adam) with
+/// [`LargeSteps`](super::LargeSteps).
 ///
 /// # Noise
-/// A line search compares losses. If they are noisy, differences of the noise pass for differences of the loss, and where these are
-/// smaller than noise the search ends, [`End::Noise`], or goes astray. So draw **the same samples in every evaluation**: one seed for all
-/// images and one for all gradients (common random numbers), not a seed for each step. Then the loss is a function, if not quite
-/// the true one: its minimum is off by its noise, and its derivative is not quite the gradient, which must still come from
-/// samples that are independent of the image's (as those of [`render`](crate::gradient::render) and of a method at the same
-/// seed are). Samples at fixed numbers jump where edges pass them, too; take many, and a loss without the image's own
-/// variance, which falls as one over their number.
+/// A line search compares losses. If they are noisy, differences of the noise are taken for differences of
+/// the loss, and where these are smaller than the noise the search ends, [`End::Noise`], or is misled.
+/// Therefore draw **the same samples in every evaluation**: one seed for all images and one for all gradients
+/// (common random numbers), not a seed for each step. The loss is then a deterministic function, though not
+/// exactly the true one: its minimum is off by its noise, and its derivative is not quite the gradient, which
+/// must still come from samples that are independent of the image's (as those of
+/// [`render`](crate::gradient::render) and of a method at the same seed are). With fixed samples the loss is
+/// also discontinuous where edges pass them; take many samples, and a loss without the image's own variance,
+/// which falls as one over their number.
 ///
 /// # Rotations
-/// are not vectors, and [`Parameters::retract`](super::Parameters::retract) composes them: a difference of two gradients means nothing where each is by a turn about another
-/// place. Give this function the coordinates y of a [`Chart`](super::Chart), which is made for that.
+/// Rotations are not vectors, and [`Parameters::retract`](super::Parameters::retract) composes them: the
+/// difference of two gradients is meaningless where each is by a turn of another rotation. Pass this function
+/// the coordinates y of a [`Chart`](super::Chart), which is made for that.
 ///
 /// ```
 /// use volume3d::optimize::{End, Lbfgs, lbfgs};
@@ -136,8 +142,8 @@ pub enum LbfgsError<E> {
 /// ```
 ///
 /// # Errors
-/// [`LbfgsError::Evaluation`] hands back what `evaluate` fails with, [`LbfgsError::NotFinite`] tells of a loss or gradient that is not finite, and
-/// [`LbfgsError::Options`] of options out of their range.
+/// [`LbfgsError::Evaluation`] returns the error of `evaluate`, [`LbfgsError::NotFinite`] reports a loss or
+/// gradient that is not finite, and [`LbfgsError::Options`] options out of their range.
 ///
 /// # Panics
 /// If a gradient has another length than the start.
@@ -163,13 +169,13 @@ pub fn lbfgs<E>(
     Ok(Minimum { x, loss, evaluations: search.evaluations, end })
 }
 
-/// What ends a search from within an evaluation.
+/// Early termination from within an evaluation.
 enum Stop<E> {
     Evaluations,
     Error(LbfgsError<E>),
 }
 
-/// The caller's function, with what it has found.
+/// The caller's function and the state of the search.
 struct Search<F> {
     evaluate: F,
     limit: usize,
@@ -179,7 +185,7 @@ struct Search<F> {
     last: Option<Evaluated>,
 }
 
-/// What was found at a place.
+/// Loss and gradient at a point.
 struct Evaluated {
     x: Vec<f64>,
     loss: f64,
@@ -214,7 +220,8 @@ where
 
     fn descend(&mut self, start: &[f64], options: &Lbfgs) -> Result<End, Stop<E>> {
         let (loss, gradient) = self.at(start)?;
-        // Squares of very large and very small numbers are no numbers.
+        // Scaled by the largest component, so that squares of very large and very small numbers do not
+        // overflow or vanish.
         let greatest = gradient.iter().fold(0.0, |a: f64, g| a.max(g.abs()));
         let unit = if greatest > 0.0 { greatest } else { 1.0 };
         let length = unit * gradient.iter().map(|g| (g / unit).powi(2)).sum::<f64>().sqrt();
@@ -227,7 +234,7 @@ where
             if options.bounds.is_empty() { vec![none; start.len()] } else { given.collect() }
         };
         let bounds = (bound(0, f64::NEG_INFINITY), bound(1, f64::INFINITY));
-        // The solver's first step has the length 1 along a gradient of that length.
+        // In these units the solver's first step has the length 1 along a gradient of length 1.
         let problem = Scaled {
             search: RefCell::new(&mut *self),
             start,
@@ -259,10 +266,10 @@ struct Scaled<'s, S> {
     step: f64,
     /// The unit of the loss.
     loss: f64,
-    /// The loss that counts as 0.
+    /// The loss that is subtracted, so that it counts as 0.
     at: f64,
     bounds: (Vec<f64>, Vec<f64>),
-    /// The same in units of the parameters.
+    /// The bounds, in units of the parameters.
     limits: &'s [[f64; 2]],
 }
 
@@ -291,7 +298,7 @@ where
 
     fn cost_and_gradient(&self, z: &Vec<f64>) -> Result<(f64, Vec<f64>), Stop<E>> {
         let mut x: Vec<f64> = self.start.iter().zip(z).map(|(x, z)| x + self.step * z).collect();
-        // Rounding may lead an ulp beyond a bound.
+        // Rounding may exceed a bound by an ulp.
         x.iter_mut().zip(self.limits).for_each(|(x, [low, high])| *x = x.clamp(*low, *high));
         let (loss, gradient) = self.search.borrow_mut().at(&x)?;
         let gradient = gradient.iter().map(|g| g * self.step / self.loss).collect();

@@ -1,32 +1,33 @@
-//! How far an image is from a target, and which way is nearer.
+//! Image losses and their adjoints.
 
 use glam::DVec3;
 
 use crate::Image;
 
-/// How far an image I is from a target T: a mean over pixels and channels.
+/// Loss of an image I against a target T: a mean over pixels and channels.
 ///
-/// All are functions of the *noisy* image: a squared loss of an unbiased image with variance σ² is too large by σ². The
-/// adjoints of [`L2`](Self::L2), [`Relative`](Self::Relative) and [`Multiscale`](Self::Multiscale) are linear in I, so that
-/// the gradient, from samples independent of I, is that of the loss of the true image, without bias; that of
-/// [`L1`](Self::L1) is not quite, and becomes so with the number of samples.
+/// All are functions of the *noisy* image: a squared loss of an unbiased image with variance σ² is too large
+/// by σ². The adjoints of [`L2`](Self::L2), [`Relative`](Self::Relative) and [`Multiscale`](Self::Multiscale)
+/// are linear in I, so that the gradient, from samples independent of I, is an unbiased estimate of that of
+/// the loss of the true image; that of [`L1`](Self::L1) has a bias that vanishes with the number of samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Loss {
-    /// Mean of (I − T)². The gradient is unbiased. Bright pixels count most.
+    /// Mean of (I − T)². The gradient is unbiased. Bright pixels weigh most.
     L2,
-    /// Mean of |I − T|: outliers count less, and noise of the image near the target pulls both ways.
+    /// Mean of |I − T|: outliers weigh less, and noise of the image near the target pulls both ways.
     L1,
-    /// Mean of (I − T)²/(T² + ε²): dark pixels count as much as bright ones. The denominator is the target's, which has no
-    /// derivative: the gradient is unbiased. ε > 0 is the radiance below which darkness no longer counts, such as 0.01.
+    /// Mean of (I − T)²/(T² + ε²): dark pixels weigh as much as bright ones. The denominator depends on the
+    /// target only and has no derivative: the gradient is unbiased. ε > 0 is the radiance below which
+    /// darkness no longer counts, such as 0.01.
     Relative {
         /// ε.
         epsilon: f64,
     },
-    /// The mean of L2 over `levels` resolutions, each half the one before: by means over blocks of 2 × 2, so that what is
-    /// moved by many pixels pulls as well. The gradient is unbiased. 1 level is L2.
+    /// The mean of L2 over `levels` resolutions, each half the one before: means over blocks of 2 × 2, so
+    /// that displacements of many pixels have a gradient as well. The gradient is unbiased. 1 level is L2.
     Multiscale {
-        /// How many.
+        /// The number of resolutions.
         levels: usize,
     },
 }
@@ -35,12 +36,12 @@ pub enum Loss {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LossError {
-    /// They have not as many pixels as their size says, or as one another.
+    /// The number of pixels of an image does not match its size, or the sizes differ.
     #[error("an image of {} x {} pixels cannot be compared with a target of {} x {}", image.0, image.1, target.0, target.1)]
     Size {
         /// Columns and rows of the image.
         image: (usize, usize),
-        /// Those of the target.
+        /// Columns and rows of the target.
         target: (usize, usize),
     },
     /// The ε of a relative loss is not positive.
@@ -49,7 +50,7 @@ pub enum LossError {
         /// ε.
         epsilon: f64,
     },
-    /// A pixel is not a number.
+    /// A pixel is not finite.
     #[error("the {what} in column {x}, row {y} (from the top left, from 0) is not finite")]
     NotFinite {
         /// "image" or "target".
@@ -141,7 +142,7 @@ fn multiscale(size: (usize, usize), difference: &[DVec3], levels: usize) -> (f64
     (loss, adjoint.expect("the image itself").1)
 }
 
-/// Means over blocks of 2 × 2; at an odd border of what there is.
+/// Means over blocks of 2 × 2; at an odd border the blocks are smaller.
 fn halved(size: (usize, usize), image: &[DVec3]) -> ((usize, usize), Vec<DVec3>) {
     let half = (size.0.div_ceil(2), size.1.div_ceil(2));
     let mut means = vec![DVec3::ZERO; half.0 * half.1];
@@ -152,7 +153,7 @@ fn halved(size: (usize, usize), image: &[DVec3]) -> ((usize, usize), Vec<DVec3>)
     (half, means)
 }
 
-/// How many pixels a block has.
+/// The number of pixels of a block.
 fn block_size(size: (usize, usize), x: usize, y: usize) -> f64 {
     ((size.0 - 2 * x).min(2) * (size.1 - 2 * y).min(2)) as f64
 }

@@ -1,25 +1,25 @@
-//! Masks, and what may be wrong with them: too small, too large, with holes.
+//! Masks and their degradation: dilation, erosion, holes.
 //!
-//! A mask tells of every pixel whether the object is seen in it, row by row from the top. Studies of
-//! [supervision by masks](super::MaskLoss) spoil good masks to see what becomes of the shape.
+//! A mask states for every pixel whether the object is visible in it, row by row from the top. Studies of
+//! [supervision by masks](super::MaskLoss) degrade good masks to measure the effect on the shape.
 
 use flatland::random::stream;
 use rand::RngExt as _;
 
-/// Which pixels are beside one another.
+/// Pixel adjacency.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Neighbourhood {
-    /// The four that share an edge: k steps reach |Δx| + |Δy| ≤ k, a diamond.
+    /// The four pixels that share an edge: k steps reach |Δx| + |Δy| ≤ k, a diamond.
     Four,
-    /// The eight that share an edge or a corner: k steps reach max(|Δx|, |Δy|) ≤ k, a square.
+    /// The eight pixels that share an edge or a corner: k steps reach max(|Δx|, |Δy|) ≤ k, a square.
     Eight,
 }
 
-/// Why a mask cannot be changed.
+/// Errors of mask operations.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MaskError {
-    /// It has not as many pixels as its size says.
+    /// The number of pixels does not match the size.
     #[error("a mask of {width} x {height} pixels with {found} values")]
     Size {
         /// Columns.
@@ -29,19 +29,19 @@ pub enum MaskError {
         /// Values.
         found: usize,
     },
-    /// A part is not in [0, 1].
+    /// A fraction is not in [0, 1].
     #[error("holes of the part {fraction} of a mask, which must be in [0, 1]")]
     Fraction {
-        /// The part.
+        /// The fraction.
         fraction: f64,
     },
-    /// Holes have no pixels.
+    /// The side of the holes is 0.
     #[error("holes with sides of 0 pixels")]
     NoSide,
 }
 
-/// The mask grown by `steps` pixels: those from which the object is reached in so many steps to neighbours. `size` is columns and
-/// rows.
+/// Dilation by `steps` pixels: the mask of the pixels that are within this many steps of the object. `size`
+/// is columns and rows.
 ///
 /// # Errors
 /// [`MaskError::Size`].
@@ -56,7 +56,7 @@ pub fn dilated(
     for _ in 0..steps {
         let larger: Vec<bool> =
             (0..mask.len()).map(|pixel| is_reached(&mask, size, pixel, neighbourhood)).collect();
-        // Nothing more will change.
+        // Converged.
         if larger == mask {
             break;
         }
@@ -65,8 +65,8 @@ pub fn dilated(
     Ok(mask)
 }
 
-/// The mask shrunk by `steps` pixels: the background grown by as many. What is beyond the image's border is not background, so that
-/// an object that reaches the border stays there.
+/// Erosion by `steps` pixels: the dilation of the background. Beyond the image's border is not background, so
+/// that an object that reaches the border stays there.
 ///
 /// # Errors
 /// [`MaskError::Size`].
@@ -81,14 +81,14 @@ pub fn eroded(
     Ok(background.into_iter().map(|seen| !seen).collect())
 }
 
-/// The mask with holes: a part of the object's pixels, rounded to whole ones, becomes background, in squares of side `side` pixels
-/// around random ones of them. The last square ends where there are enough; squares may overlap, and bite into the outline. The
-/// background stays.
+/// The mask with holes: a fraction of the object's pixels, rounded to whole ones, becomes background, in
+/// squares of side `side` pixels around random pixels of the object. The last square stops at the required
+/// number; squares may overlap, and cut into the outline. The background stays.
 ///
-/// 5 % in squares as wide as a tenth of the object is a segmentation that has failed here and there.
+/// 5 % in squares as wide as a tenth of the object is a segmentation with local failures.
 ///
 /// # Errors
-/// [`MaskError`]: its size is another, the part is not in [0, 1], or the side is 0.
+/// [`MaskError`] if the size does not match, the fraction is not in [0, 1], or the side is 0.
 pub fn with_holes(
     mask: &[bool],
     size: (usize, usize),
@@ -133,8 +133,8 @@ pub fn with_holes(
     Ok(holed)
 }
 
-/// The numbers of `count` random pixels of an image of `pixels`, each as likely as any other, and possibly more than once. None of
-/// an image without pixels.
+/// The indices of `count` random pixels of an image of `pixels` pixels, uniform and with replacement. Empty
+/// for an image without pixels.
 #[must_use]
 pub fn random_pixels(pixels: usize, count: usize, seed: u64) -> Vec<usize> {
     let mut random = stream(seed, &[]);
@@ -148,7 +148,7 @@ fn check(mask: &[bool], (width, height): (usize, usize)) -> Result<(), MaskError
     if is_whole { Ok(()) } else { Err(MaskError::Size { width, height, found }) }
 }
 
-/// Whether a pixel or one of its neighbours is of the object.
+/// Whether a pixel or one of its neighbours belongs to the object.
 fn is_reached(
     mask: &[bool],
     (width, height): (usize, usize),

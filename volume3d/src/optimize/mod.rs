@@ -1,15 +1,16 @@
-//! From gradients to fitted scenes: parameters as one vector, losses with their adjoint images, and optimisers.
+//! From gradients to fitted scenes: parameters as one vector, losses with their adjoint images, and
+//! optimisers.
 //!
-//! One step of a fit renders an image, asks a [`Loss`] for the adjoint ∂L/∂I, propagates it back through the image with a method of
-//! [`gradient`](crate::gradient), turns the result into the derivative by the [`Parameters`] that are fitted, and lets an
-//! optimiser choose a step:
+//! One step of a fit renders an image, obtains the adjoint ∂L/∂I from a [`Loss`], propagates it back through
+//! the image with a method of [`gradient`](crate::gradient), converts the result to the derivative by the
+//! fitted [`Parameters`], and lets an optimiser choose a step:
 //!
 //! ```text
 //! x → scene → I → L, ∂L/∂I → ∂L/∂scene → ∂L/∂x → step
 //! ```
 //!
-//! [`Fit`] takes such steps over several views, and its [`State`] can be kept in a file and gone on with to the same bits; `volume3d
-//! fit` is its command line. What is written by hand instead is `examples/pose.rs`.
+//! [`Fit`] takes such steps over several views, and its [`State`] can be saved to a file and resumed bit for
+//! bit; `volume3d fit` is its command line. A fit loop written by hand is `examples/pose.rs`.
 //!
 //! | what is fitted | steps |
 //! |---|---|
@@ -18,15 +19,15 @@
 //! | vertices of a mesh | [`Adam::uniform`] between two solves of [`LargeSteps`] |
 //! | nodes of a grid of distances | [`Adam`] between two solves of [`GridSteps`], from a coarse grid to a fine one |
 //!
-//! A mesh keeps its topology throughout: there is no remeshing. Between two fits a mesh can be written, remeshed by
-//! another program, and read again; edges that collapse are kept alive by [`Regularizer::EdgeLength`], and triangles that pass through one
-//! another are seen as such, as crossings are followed like edges.
+//! A mesh keeps its topology throughout: there is no remeshing. Between two fits a mesh can be written,
+//! remeshed by another program, and read again; [`Regularizer::EdgeLength`] prevents the collapse of edges,
+//! and triangles may pass through one another, because intersections are handled like edges.
 //!
-//! An implicit surface may besides be told by masks where it is seen, [`MaskLoss`], and a network be kept near a distance, [`Penalty::Eikonal`], both as in IDR.
-//! [`mask`] spoils masks, for studies.
+//! An implicit surface may also be supervised by masks, [`MaskLoss`], and a network be kept near a distance,
+//! [`Penalty::Eikonal`], both as in IDR. [`mask`] degrades masks, for studies.
 //!
-//! The image must come from other samples than the gradient, or their product is biased: [`render`](crate::gradient::render) draws its own at
-//! any seed.
+//! The samples of the image must be independent of those of the gradient, or their product is biased:
+//! [`render`](crate::gradient::render) draws independent ones at any seed.
 
 mod adam;
 mod chart;

@@ -1,42 +1,42 @@
-//! Parameters by name.
+//! Parameter names: parsing, look-up and errors.
 
 use std::fmt;
 
 use super::quantity::{Member, Quantity};
 use crate::scene::{Object, Scene, closest_first, listed};
 
-/// A name of no parameter, or names that do not go together.
+/// Unknown parameter names, or names that exclude each other.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ParameterError {
-    /// It is not made of what has the parameter, a dot, and a kind of parameter.
+    /// The name is not an object, a dot and a kind of parameter.
     #[error("`{name}` names no parameter; the nearest form is {nearest}, and all are: {}", FORMS.join(", "))]
     Form {
         /// The name.
         name: String,
-        /// The form that is most alike.
+        /// The most similar form.
         nearest: &'static str,
     },
-    /// Nothing in the scene is called so.
+    /// No object of the scene has this name.
     #[error("`{name}`: nothing is called `{what}`{}{}", meant(.near), having(.kind, .known))]
     Unknown {
         /// The name.
         name: String,
-        /// What of it is unknown.
+        /// The unknown part.
         what: String,
-        /// The most alike name of anything, if it is much alike, and what that is.
+        /// The most similar name of any object, if similar enough, and what it names.
         near: Option<Box<[String; 2]>>,
         /// The parameter's kind.
         kind: &'static str,
-        /// The names of what has such a parameter, the most alike first.
+        /// The names of objects with such a parameter, the most similar first.
         known: Vec<String>,
     },
-    /// What is called so has no such parameter.
+    /// The object has no such parameter.
     #[error("`{name}`: {lack}")]
     Lacks {
         /// The name.
         name: String,
-        /// What it has instead.
+        /// Details: the parameters of the object.
         lack: Box<Lack>,
     },
     /// The parameter has no such component.
@@ -49,10 +49,10 @@ pub enum ParameterError {
         name: String,
         /// The name without the component.
         parameter: String,
-        /// Those that it has.
+        /// The components that the parameter has.
         components: Option<[&'static str; 3]>,
     },
-    /// Two components of one rotation, or one and the whole.
+    /// Two components of one rotation, or a component and the whole.
     #[error(
         "`{name}` and `{other}` are of one rotation, whose components do not add up: take one of them, or the whole rotation"
     )]
@@ -62,7 +62,7 @@ pub enum ParameterError {
         /// The first.
         other: String,
     },
-    /// Its texture is an attribute of a mesh with texels out of range.
+    /// The texture is a mesh attribute with texels out of range.
     #[error(
         "`{name}` is made of an attribute of a mesh, with four texels a triangle, and a fourth one that no triangle shows is \
          out of range; give the surface an image, whose texels can be fitted"
@@ -71,7 +71,7 @@ pub enum ParameterError {
         /// The name.
         name: String,
     },
-    /// A parameter is named twice, or two names are of one texture.
+    /// A parameter is named twice, or two names refer to one texture.
     #[error("`{name}` is the same parameter as `{other}`")]
     Twice {
         /// The second name.
@@ -79,41 +79,41 @@ pub enum ParameterError {
         /// The first.
         other: String,
     },
-    /// Two parameters move one thing in different ways.
+    /// Two parameters move one object in different ways.
     #[error("`{name}` and `{other}` both move {id}; fit one of them")]
     Moved {
         /// The second name.
         name: String,
         /// The first.
         other: String,
-        /// What both move, in words.
+        /// The object that both move, in words.
         id: String,
     },
-    /// Parameters that are tied have different sizes.
+    /// Tied parameters have different sizes.
     #[error("`{name}` and `{other}` cannot be tied: they are {size} and {other_size} numbers")]
     TiedSizes {
         /// A name.
         name: String,
         /// The first name of the tie.
         other: String,
-        /// How many numbers the one is.
+        /// The size of the parameter.
         size: usize,
-        /// How many the other.
+        /// The size of the other parameter.
         other_size: usize,
     },
-    /// Parameters that are tied have different bounds.
+    /// Tied parameters have different bounds.
     #[error("`{name}` and `{other}` cannot be tied: one is from {bounds}, the other from {other_bounds}")]
     TiedBounds {
         /// A name.
         name: String,
         /// The first name of the tie.
         other: String,
-        /// Least and greatest value of the one, in words.
+        /// Lower and upper bound of the parameter, in words.
         bounds: String,
-        /// And of the other.
+        /// Those of the other parameter.
         other_bounds: String,
     },
-    /// A rotation is tied to what is none.
+    /// A rotation is tied to a parameter that is not one.
     #[error("`{name}` and `{other}` cannot be tied: only one of them is a rotation")]
     TiedRotation {
         /// A name.
@@ -123,20 +123,20 @@ pub enum ParameterError {
     },
 }
 
-/// Something without a parameter that is asked for.
+/// An object that lacks a requested parameter.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Lack {
     /// Its name.
     pub what: String,
-    /// What it is, with an article.
+    /// Its type, with an article.
     pub found: String,
     /// The names of its parameters.
     pub has: Vec<String>,
-    /// The names of parameters of what belongs to it.
+    /// The names of parameters of objects that belong to it.
     pub related: Vec<String>,
-    /// The kind of parameter that is asked for.
+    /// The requested kind of parameter.
     pub kind: &'static str,
-    /// The names of what has such a parameter, the most alike first.
+    /// The names of objects with such a parameter, the most similar first.
     pub known: Vec<String>,
 }
 
@@ -174,7 +174,7 @@ fn parameters(has: &[String], related: &[String]) -> String {
     own + &related
 }
 
-/// How parameters are named.
+/// Forms of parameter names.
 const FORMS: [&str; 22] = [
     "SHAPE.vertex_positions",
     "SHAPE.translation",
@@ -202,14 +202,14 @@ const FORMS: [&str; 22] = [
 
 const COMPONENTS: [&str; 6] = ["x", "y", "z", "r", "g", "b"];
 
-/// The name of a parameter in its parts.
+/// A parsed parameter name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NameParts<'n> {
-    /// What has the parameter.
+    /// The object's name.
     pub what: &'n str,
-    /// Which of its parameters.
+    /// The kind of parameter.
     pub kind: &'static str,
-    /// Which number of each vector, if one is named.
+    /// The component of each vector, if one is named.
     pub component: Option<&'n str>,
 }
 
@@ -219,10 +219,10 @@ fn split_last(name: &str) -> (&str, &str) {
 }
 
 impl Quantity {
-    /// Splits the name of a parameter into what has it and which of its parameters it is, for any scene.
+    /// Parses a parameter name into object, kind and component, independently of a scene.
     ///
     /// # Errors
-    /// [`ParameterError::Form`] if it is no such name.
+    /// [`ParameterError::Form`] if it is not a parameter name.
     pub fn split_name(name: &str) -> Result<NameParts<'_>, ParameterError> {
         let is_camera = |what: &str| what == "camera";
         let known = || FORMS[..FORMS.len() - 1].iter().map(|form| split_last(form));
@@ -249,19 +249,19 @@ impl Quantity {
         Err(ParameterError::Form { name: name.to_owned(), nearest })
     }
 
-    /// Finds a parameter of a scene by its name; the first if several things have the name.
+    /// Finds a parameter of a scene by its name; the first if several objects have the name.
     ///
     /// # Errors
-    /// A [`ParameterError`] that suggests what may have been meant.
+    /// A [`ParameterError`] that suggests similar names.
     pub fn find(scene: &Scene, name: &str) -> Result<Member, ParameterError> {
         Self::find_all(scene, name).map(|found| found[0])
     }
 
-    /// Finds a parameter of a scene by its name: of everything that has the name, as several materials may
-    /// which a scene file made of one.
+    /// Finds all parameters of a scene with a name: several materials may share one, which a scene file made
+    /// of one.
     ///
     /// # Errors
-    /// A [`ParameterError`] that suggests what may have been meant.
+    /// A [`ParameterError`] that suggests similar names.
     pub fn find_all(scene: &Scene, name: &str) -> Result<Vec<Member>, ParameterError> {
         let NameParts { what, kind, component } = Self::split_name(name)?;
         let objects = scene.named(what);
@@ -289,7 +289,7 @@ impl Quantity {
     }
 }
 
-/// Why a name is of no parameter.
+/// The error for a name without a parameter.
 fn missing(
     scene: &Scene,
     (name, what, kind): (&str, &str, &'static str),
@@ -314,8 +314,7 @@ fn missing(
     ParameterError::Lacks { name, lack: Box::new(Lack { what, found, has, related, kind, known }) }
 }
 
-/// The names of parameters of what belongs to something: of a shape's materials, and of who looks up a
-/// texture.
+/// The parameter names of related objects: of a shape's materials, and of the objects that use a texture.
 fn belonging(scene: &Scene, object: Object) -> Vec<String> {
     let d = scene.description();
     let material = |index: usize| {

@@ -1,4 +1,4 @@
-//! What a fit minimises: how far renderings are from pictures, and what shapes are preferred.
+//! Objective of a fit: image losses over views, mask losses and regularizers.
 
 use std::time::{Duration, Instant};
 
@@ -18,85 +18,90 @@ use crate::scene::{Camera, Film, Scene, SceneError};
 #[cfg(doc)]
 use crate::sdf::network::eikonal_loss;
 
-/// Points of an eikonal term.
+/// Sample points of an eikonal term.
 const EIKONAL_POINTS: usize = 4096;
 
-/// Purposes of random numbers; views have their own numbers.
+/// Purposes of random-number streams; views use their own numbers.
 const EIKONAL: u64 = u64::MAX;
 const PIXELS: u64 = u64::MAX - 1;
 
-/// A picture to be fitted, and from where it was taken.
+/// Target picture with its camera.
 #[derive(Clone, Debug, PartialEq)]
 pub struct View {
     /// Its name in messages.
     pub name: String,
-    /// The camera, or nothing in the only view: then it is the scene's, which may be fitted.
+    /// The camera; `None` is allowed for the only view and means the scene's, which may be fitted.
     pub camera: Option<Camera>,
     /// The film.
     pub film: Film,
     /// The picture, of the film's size.
     pub target: Image,
-    /// What the difference of each pixel is multiplied by, channel by channel: 0 where the picture is not to be trusted, or
-    /// everywhere but near silhouettes. 1 if there are none. The picture must be finite even where its weight is 0.
+    /// Factor of the difference of each pixel, channel by channel: 0 where the picture is not to be trusted,
+    /// or everywhere but near silhouettes. 1 if `None`. The picture must be finite even where its weight is
+    /// 0.
     pub weights: Option<Image>,
-    /// Of every pixel, row by row from the top, whether the object of [`Objective::masks`] is seen in it, if that is known.
+    /// The mask of the object of [`Objective::masks`], if known: whether it is visible in each pixel, row by
+    /// row from the top.
     pub mask: Option<Vec<bool>>,
 }
 
-/// A loss of the views' masks for one implicit surface.
+/// Mask loss of all views for one implicit surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MaskTerm {
-    /// Which implicit surface they are of.
+    /// The index of the implicit surface.
     pub implicit: usize,
-    /// How far the surface is from them, at the first step of a fit; it is [sharpened](MaskLoss::sharpened) from step to step.
+    /// The mask loss at the first step of a fit; it is [sharpened](MaskLoss::sharpened) from step to step.
     pub loss: MaskLoss,
 }
 
-/// A term for one shape, whatever the pictures say.
+/// Regularisation term of one shape, independent of the pictures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Penalty {
-    /// For a mesh.
+    /// Regularizer of a mesh.
     Mesh {
-        /// Which shape.
+        /// The index of the shape.
         shape: usize,
-        /// What is preferred.
+        /// The regularizer.
         regularizer: Regularizer,
-        /// What the term is multiplied by.
+        /// The weight of the term.
         weight: f64,
     },
-    /// For a network on a grid, or itself with that as its guide: its [eikonal term](eikonal_loss) at 4,096 points, uniform between the corners
-    /// and others in every step. It keeps φ near a distance, whose surface moves by as much as φ changes.
+    /// [Eikonal term](eikonal_loss) of a network on a grid, or of a network traced directly with such a grid
+    /// as its guide, at 4,096 points, uniform between the corners and drawn anew in every step. It keeps φ
+    /// near a distance, whose surface moves by as much as φ changes.
     Eikonal {
-        /// Which implicit surface.
+        /// The index of the implicit surface.
         implicit: usize,
-        /// What the term is multiplied by; 0.1 is usual.
+        /// The weight of the term; 0.1 is usual.
         weight: f64,
     },
 }
 
-/// The sum of the mean loss over views and of the penalties.
+/// Objective: the sum of the mean loss over views and of the penalties.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Objective {
-    /// The views; one at least.
+    /// The views; at least one.
     pub views: Vec<View>,
-    /// How far a rendering is from a picture.
+    /// The image loss.
     pub loss: Loss,
-    /// What is preferred, whatever the pictures say.
+    /// Regularisation terms, independent of the pictures.
     pub penalties: Vec<Penalty>,
-    /// A loss of masks besides, for views that have one. Pictures that are differentiated without silhouettes, with masks for these, are IDR (Yariv et
-    /// al. 2020); [`WarpedArea`](crate::gradient::WarpedArea) needs none.
+    /// Mask loss of the views that have a mask. Images differentiated without silhouettes, with masks for
+    /// these, are IDR (Yariv et al. 2020); [`WarpedArea`](crate::gradient::WarpedArea) needs none.
     pub masks: Option<MaskTerm>,
-    /// Only pixels so near to a silhouette of the shapes that are fitted count, as [`silhouette_weights`] has it: for
-    /// shapes whose colour or light is not known.
+    /// Restricts the loss to pixels within this distance of a silhouette of the fitted shapes, see
+    /// [`silhouette_weights`]: for shapes whose colour or light is unknown.
     pub silhouettes: Option<usize>,
-    /// How many pixels of a view are looked at, chosen anew whenever it is: the mean over them is an unbiased estimate of the mean over
-    /// all, and what no chosen pixel sees is not traced. A step costs by the samples it takes, so that many views with few pixels of each
-    /// cost as much as few views. Pixels wider than themselves ([`Filter`](crate::scene::Filter)) need the samples of those around them, too: up to nine times as many with a tent. Not for
-    /// [`Loss::Multiscale`] of several levels, which looks at blocks. Masks are looked at everywhere. All, if there is no number.
+    /// Number of pixels evaluated per view, chosen anew at every evaluation: their mean is an unbiased
+    /// estimate of the mean over all, and samples that no chosen pixel uses are not traced. A step costs by
+    /// the samples it takes, so that many views with few pixels of each cost as much as few views.
+    /// Reconstruction filters wider than a pixel ([`Filter`](crate::scene::Filter)) need the samples of
+    /// neighbouring pixels, too: up to nine times as many with a tent. Not for [`Loss::Multiscale`] of
+    /// several levels, which needs blocks. Masks are evaluated at all pixels. `None` evaluates all.
     pub pixels: Option<usize>,
-    /// Samples a pixel of the renderings that the adjoint is computed from. They are not those of the gradient, so that the
-    /// product of both is unbiased. Their noise is noise of the gradient, in proportion to what a pixel's derivative is; as many as
-    /// the gradient has are a good start.
+    /// Samples per pixel of the renderings from which the adjoint is computed. They are independent of those
+    /// of the gradient, so that the product of both is unbiased. Their noise enters the gradient, in
+    /// proportion to a pixel's derivative; as many as the gradient has are a good start.
     pub image_samples: usize,
 }
 
@@ -105,70 +110,70 @@ pub struct Objective {
 pub type Reverse<'a> =
     &'a dyn Fn(&Scene, &Image, &ActiveParameters, u64, &Progress) -> Result<Gradient, GradientError>;
 
-/// An objective and its derivative, estimated in one place.
+/// Estimate of an objective and its derivative at one point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Evaluation {
-    /// The mean loss over the views that were asked for. It is that of noisy images: squared losses are too large by their
+    /// The mean loss over the evaluated views. The images are noisy: squared losses are too large by their
     /// variance.
     pub loss: f64,
     /// The sum of the penalties.
     pub penalty: f64,
-    /// The derivative of the sum of both by x.
+    /// The derivative of loss plus penalty by x.
     pub gradient: Vec<f64>,
-    /// Samples that were not finite, and are left out.
+    /// Samples left out because they were not finite.
     pub non_finite: usize,
-    /// The time that renderings took.
+    /// Time spent rendering.
     pub image_time: Duration,
-    /// The time that gradients took.
+    /// Time spent on gradients.
     pub gradient_time: Duration,
 }
 
-/// Why an objective has no value.
+/// Why an objective cannot be evaluated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ObjectiveError {
-    /// Nothing to compare with.
+    /// There are no views.
     #[error("there is no view to compare with")]
     NoViews,
-    /// A view without a camera among others: whose camera the scene has would depend on what was looked at before.
+    /// A view without a camera among others: the scene's camera would depend on the view evaluated before.
     #[error("view `{view}` needs a camera of its own, as there are other views")]
     Camera {
-        /// Which view.
+        /// The view's name.
         view: String,
     },
     /// A rendering cannot be compared with its target.
     #[error("view `{view}`: {source}")]
     Loss {
-        /// Which view.
+        /// The view's name.
         view: String,
-        /// Why.
+        /// The cause.
         source: LossError,
     },
-    /// Weights of another size, or not finite.
+    /// The weights differ in size from the target, or are not finite.
     #[error("view `{view}`: the weights must be finite and as many as the target has pixels, {} x {}", size.0, size.1)]
     Weights {
-        /// Which view.
+        /// The view's name.
         view: String,
         /// Columns and rows of the target.
         size: (usize, usize),
     },
-    /// A camera or film that cannot be.
+    /// An invalid camera or film.
     #[error("view `{view}`: {source}")]
     View {
-        /// Which view.
+        /// The view's name.
         view: String,
-        /// Why.
+        /// The cause.
         source: SceneError,
     },
-    /// A view whose mask cannot be compared with the surface.
+    /// A mask that cannot be compared with the surface.
     #[error("view `{view}`: {source}")]
     Mask {
-        /// Which view.
+        /// The view's name.
         view: String,
-        /// Why.
+        /// The cause.
         source: MaskLossError,
     },
-    /// Some pixels of a loss of blocks, or none.
+    /// The number of chosen pixels is 0, or the loss needs blocks of pixels.
     #[error(
         "view `{view}`: {pixels} pixels cannot be chosen: at least one must be, and not for a multiscale loss, which looks at blocks"
     )]
@@ -178,13 +183,13 @@ pub enum ObjectiveError {
         /// [`Objective::pixels`].
         pixels: usize,
     },
-    /// The eikonal term of what is no network on a grid.
+    /// An eikonal term of a surface that is not a network on a grid.
     #[error("the eikonal term is for networks on grids, and `{shape}` is none")]
     NoNetwork {
-        /// Which implicit surface.
+        /// The implicit surface.
         shape: String,
     },
-    /// No gradient.
+    /// The gradient failed.
     #[error(transparent)]
     Gradient(#[from] GradientError),
 }
@@ -196,7 +201,7 @@ impl From<Stopped> for ObjectiveError {
 }
 
 impl Objective {
-    /// Shows a scene as a view sees it.
+    /// Sets the camera and film of a scene to those of a view.
     ///
     /// # Errors
     /// [`ObjectiveError::View`] or [`ObjectiveError::Camera`].
@@ -211,9 +216,9 @@ impl Objective {
         scene.set_film(*film).map_err(error)
     }
 
-    /// Estimates the objective over some of the views, and its derivative by x, where the scene is at x.
+    /// Estimates the objective over some of the views, and its derivative by x, with the scene already at x.
     ///
-    /// Each view and each of image and gradient has random numbers of its own, made of `seed`.
+    /// Image and gradient of each view use separate random numbers, derived from `seed`.
     ///
     /// # Errors
     /// An [`ObjectiveError`].
@@ -232,7 +237,7 @@ impl Objective {
         self.evaluate_with(self.masks, scene, at, views, seed, reverse, progress)
     }
 
-    /// The same with another loss of masks.
+    /// `evaluate` with another mask loss.
     #[expect(clippy::too_many_arguments, reason = "those of `evaluate` and one more")]
     pub(super) fn evaluate_with(
         &self,
@@ -302,7 +307,7 @@ impl Objective {
         Ok(evaluation)
     }
 
-    /// Which pixels of a view are looked at; nothing if all are.
+    /// The evaluated pixels of a view; `None` if all are.
     pub(super) fn chosen(&self, view: usize, seed: u64) -> Result<Option<Vec<bool>>, ObjectiveError> {
         let View { name, target, .. } = &self.views[view];
         let count = target.width * target.height;
@@ -322,7 +327,7 @@ impl Objective {
         Ok(Some(chosen))
     }
 
-    /// A rendering as far as it is looked at: elsewhere it is the target.
+    /// The rendering in evaluated pixels, and the target elsewhere.
     fn only(&self, view: usize, chosen: &Option<Vec<bool>>, rendering: &Rendering) -> Image {
         let (image, target) = (&rendering.image, &self.views[view].target);
         let Some(chosen) = chosen.as_ref().filter(|_| image.size() == target.size()) else {
@@ -351,7 +356,7 @@ impl Objective {
         if !fits || !weights.pixels.iter().all(|w| w.is_finite()) {
             return Err(ObjectiveError::Weights { view: name.clone(), size: target.size() });
         }
-        // T + w (I − T) is as far from T as the weighted difference.
+        // T + w (I − T) differs from T by the weighted difference.
         let pixels = image.pixels.iter().zip(&target.pixels).zip(&weights.pixels);
         let weighted = image.with_pixels(pixels.map(|((i, t), w)| *t + *w * (*i - *t)).collect());
         let (loss, mut adjoint) = self.loss.of(&weighted, target).map_err(error)?;
@@ -393,13 +398,13 @@ impl Objective {
     }
 }
 
-/// Weights times others, where there are others of that size.
+/// The product of two weight images, if both exist and have equal sizes.
 fn product(weights: Option<Image>, by: Image) -> Image {
     match weights {
         Some(weights) if weights.size() == by.size() => {
             by.with_pixels(by.pixels.iter().zip(&weights.pixels).map(|(a, b)| *a * *b).collect())
         }
-        // What does not fit is refused with a name.
+        // A mismatch is refused later, with the view's name.
         Some(weights) => weights,
         None => by,
     }

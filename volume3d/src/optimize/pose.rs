@@ -1,4 +1,4 @@
-//! Where something is as a whole.
+//! Rigid placement and scale of objects.
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
@@ -6,18 +6,18 @@ use crate::geometry::Mesh;
 use crate::gradient::Tangent;
 use crate::scene::{Environment, Light, Object, Parts, Placement, Scene};
 
-/// What moves as one before it is placed.
+/// Objects at rest that move together.
 #[derive(Clone, Debug)]
 pub(super) struct Rest {
     pub(super) object: Object,
-    /// About what it is turned and scaled.
+    /// The centre of rotation and scale.
     pub(super) centre: DVec3,
     pub(super) parts: Parts,
-    /// Of each shape, implicit surface and light of its parts.
+    /// The rest state of each shape, implicit surface and light of its parts.
     pub(super) meshes: Vec<Mesh>,
     pub(super) placements: Vec<Placement>,
     pub(super) lights: Vec<Light>,
-    /// Of the environment map, if it turns with the rest.
+    /// The rest rotation of the environment map, if it turns with the rest.
     pub(super) environment: Option<DMat3>,
 }
 
@@ -40,7 +40,7 @@ impl Rest {
     }
 }
 
-/// p = c₀ + t + s R (p₀ − c₀).
+/// Similarity transform p = c₀ + t + s R (p₀ − c₀).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pose {
     pub(super) translation: DVec3,
@@ -48,7 +48,7 @@ pub(super) struct Pose {
     pub(super) scale: f64,
 }
 
-/// The derivative by a pose.
+/// Derivative by a pose.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PoseGradient {
     pub(super) translation: DVec3,
@@ -58,7 +58,7 @@ pub(super) struct PoseGradient {
 }
 
 impl Pose {
-    /// From rest to the place, about the centre c₀.
+    /// The map from rest to the placed state, about the centre c₀.
     pub(super) fn map(&self, centre: DVec3) -> DAffine3 {
         let about = DAffine3::from_scale_rotation_translation(
             DVec3::splat(self.scale),
@@ -68,12 +68,12 @@ impl Pose {
         about * DAffine3::from_translation(-centre)
     }
 
-    /// Where a point at rest comes to. What is at the centre is exactly where the centre is.
+    /// The image of a point at rest. The centre maps exactly to the moved centre.
     fn point(&self, centre: DVec3, rest: DVec3) -> DVec3 {
         centre + self.translation + self.rotation * (self.scale * (rest - centre))
     }
 
-    /// Where an implicit surface stands.
+    /// The placement of an implicit surface.
     pub(super) fn placement(&self, centre: DVec3, rest: Placement) -> Placement {
         Placement {
             scale: rest.scale,
@@ -86,7 +86,7 @@ impl Pose {
         DMat3::from_quat(self.rotation) * rest
     }
 
-    /// Gives a light the place and turn of one at rest.
+    /// Sets the position and rotation of a light from those of the light at rest.
     pub(super) fn place(&self, centre: DVec3, at_rest: &Light, light: &mut Light) {
         match (light, at_rest) {
             (Light::Point { position, .. }, Light::Point { position: rest, .. }) => {
@@ -103,12 +103,12 @@ impl Pose {
             (Light::Directional { direction, .. }, Light::Directional { direction: rest, .. }) => {
                 *direction = self.rotation * *rest;
             }
-            // Another light has taken its place.
+            // The light was replaced by one of another kind.
             _ => {}
         }
     }
 
-    /// The derivative by the pose from that by all that it moves, as it is now.
+    /// Pulls the derivative by everything that the pose moves, as it is now, back to the pose.
     pub(super) fn pull(&self, rest: &Rest, scene: &Scene, gradient: &Tangent) -> PoseGradient {
         let d = scene.description();
         let moving = rest.centre + self.translation;
@@ -153,10 +153,10 @@ impl Pose {
     }
 }
 
-/// The rotation vector of a turn, the shorter way round.
+/// The rotation vector of a rotation, the shorter way round.
 pub(super) fn rotation_vector(turn: DQuat) -> DVec3 {
     let turn = if turn.w < 0.0 { -turn } else { turn };
-    // Twice the angle's half from its sine and cosine, which is exact for small angles, too.
+    // Twice the half angle, from its sine and cosine: accurate for small angles, too.
     let (axis, sine) = (turn.xyz(), turn.xyz().length());
     if sine > 0.0 { axis * (2.0 * sine.atan2(turn.w) / sine) } else { DVec3::ZERO }
 }

@@ -1,14 +1,14 @@
-//! One parameter of a scene: what it is of, its size and its bounds.
+//! Quantities: kinds of scene parameters, with their sizes and bounds.
 
 use glam::DVec3;
 
 use crate::gradient::ActiveParameters;
 use crate::scene::{Bsdf, Environment, Light, Material, Object, Reflectance, Scene, Value};
 
-/// What a parameter is of, and which part of a scene has it.
+/// Kind of a parameter and the object of the scene that has it.
 ///
-/// Bounds are widened to include the values that a scene begins with. A shape called `camera` has no
-/// parameters: its name is the camera's. One number of a vector or colour is a parameter as well:
+/// Bounds are widened to include the initial values of a scene. A shape called `camera` has no parameters:
+/// its name is the camera's. One component of a vector or colour is a parameter as well:
 /// `bunny.translation.x`, `lamp.radiance.r`, `bunny.vertex_positions.y` (one a vertex).
 ///
 /// | name | values | default bounds |
@@ -31,10 +31,9 @@ use crate::scene::{Bsdf, Environment, Light, Material, Object, Reflectance, Scen
 /// | `camera.rotation` | 3, a rotation vector in radians, about its origin, or the middle of an orthographic sensor | none |
 /// | `camera.fov` | 1, radians, horizontal, of a perspective camera | 0.01 to 3.1 |
 ///
-/// A collection is `all`, which is all shapes and implicit surfaces; `lights`, which is everything that
-/// emits; or the name of an instance, or of a group of shapes with all its instances. Its centre is the mean
-/// of all its vertices, that of a shape the mean of its own, that of a light or implicit surface where it
-/// stands.
+/// A collection is `all`, all shapes and implicit surfaces; `lights`, everything that emits; or the name of
+/// an instance, or of a group of shapes with all its instances. Its centre is the mean of all its vertices,
+/// that of a shape the mean of its own, that of a light or implicit surface its position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[expect(missing_docs, reason = "each is one row of the table, with the index of what has it")]
 pub enum Quantity {
@@ -54,7 +53,7 @@ pub enum Quantity {
     FieldOfView,
 }
 
-/// What a texture is used for.
+/// The use of a texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[expect(missing_docs, reason = "each has the index of what looks it up")]
 pub enum TextureUse {
@@ -66,17 +65,17 @@ pub enum TextureUse {
     Environment,
 }
 
-/// A parameter or one number of each of its vectors.
+/// A parameter, or one component of each of its vectors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Member {
-    /// What it is of.
+    /// The quantity.
     pub quantity: Quantity,
-    /// Which number of each vector or colour, if not all three.
+    /// The component of each vector or colour, if not all three.
     pub component: Option<usize>,
 }
 
 impl Quantity {
-    /// The parameters that something has, with what follows the dot in their names.
+    /// The parameters of an object, with the part of their names after the dot.
     #[must_use]
     pub fn of(scene: &Scene, object: Object) -> Vec<(&'static str, Self)> {
         let d = scene.description();
@@ -111,7 +110,7 @@ impl Quantity {
         let parts = d.moved_with(object);
         let has_bodies = !(parts.shapes.is_empty() && parts.implicits.is_empty());
         let has_place = has_bodies || parts.lights.iter().any(|&l| d.lights[l].position().is_some());
-        // Several points of light are turned about their middle.
+        // Several point lights are rotated about their mean.
         let points = parts.lights.len() > 1 && has_place;
         let turns = has_bodies
             || points
@@ -135,8 +134,8 @@ impl Quantity {
         found
     }
 
-    /// The sizes of its array: nothing for a number, (3) for a vector or colour, (vertices, 3) for positions, (height, width,
-    /// 3) for a texture.
+    /// The dimensions of its array: () for a number, (3) for a vector or colour, (vertices, 3) for positions,
+    /// (height, width, 3) for a texture.
     #[must_use]
     pub fn dimensions(self, scene: &Scene) -> Vec<usize> {
         let d = scene.description();
@@ -149,7 +148,7 @@ impl Quantity {
         }
     }
 
-    /// The least and the greatest value of each of its numbers, unless one says otherwise.
+    /// Default lower and upper bound of each of its numbers.
     #[must_use]
     pub fn default_bounds(self) -> [f64; 2] {
         match self {
@@ -171,7 +170,7 @@ impl Quantity {
         }
     }
 
-    /// The names of the numbers of each of its vectors; nothing if it has none.
+    /// The component names of its vectors; `None` if it has none.
     #[must_use]
     pub fn components(self) -> Option<[&'static str; 3]> {
         match self {
@@ -189,7 +188,7 @@ impl Quantity {
         }
     }
 
-    /// Makes it active.
+    /// Marks it as active.
     pub fn activate(self, scene: &Scene, active: &mut ActiveParameters) {
         match self {
             Self::VertexPositions { shape } => active.shapes[shape] = true,
@@ -198,8 +197,8 @@ impl Quantity {
                 parts.shapes.into_iter().for_each(|shape| active.shapes[shape] = true);
                 parts.implicits.into_iter().for_each(|implicit| active.implicits[implicit] = true);
                 for light in parts.lights {
-                    // Parallel light does not depend on where its source is, nor a point's on how it is
-                    // turned.
+                    // Directional light does not depend on the position of its source, nor a point light's on
+                    // its rotation.
                     let shifts = scene.description().lights[light].position().is_some();
                     active.poses[light] |= shifts || matches!(self, Self::Rotation { .. });
                 }
@@ -224,7 +223,7 @@ impl Quantity {
         }
     }
 
-    /// Whether two are the same values: two materials may share a texture.
+    /// Whether two quantities have the same values: two materials may share a texture.
     pub(crate) fn is(self, other: Self) -> bool {
         match (self, other) {
             (Self::Texture { texture: a, .. }, Self::Texture { texture: b, .. }) => a == b,
@@ -237,7 +236,7 @@ impl Quantity {
         matches!(self, Self::Rotation { .. } | Self::CameraRotation)
     }
 
-    /// What it places as a whole.
+    /// The object that it places as a whole.
     pub(crate) fn posed(self) -> Option<Object> {
         match self {
             Self::Translation { of } | Self::Rotation { of } | Self::Scale { of } => Some(of),
@@ -245,7 +244,7 @@ impl Quantity {
         }
     }
 
-    /// Whether its texture is an attribute of a mesh with texels out of range.
+    /// Whether its texture is a mesh attribute with texels out of range.
     pub(super) fn is_attribute_out_of_range(self, scene: &Scene) -> bool {
         let Self::Texture { texture, .. } = self else { return false };
         let [low, high] = self.default_bounds();
@@ -262,13 +261,13 @@ impl From<Quantity> for Member {
 }
 
 impl Member {
-    /// Whether two have a number in common.
+    /// Whether two members have a number in common.
     pub(super) fn overlaps(self, other: Self) -> bool {
         let differ = matches!((self.component, other.component), (Some(a), Some(b)) if a != b);
         self.quantity.is(other.quantity) && !differ
     }
 
-    /// Its numbers among all of the quantity.
+    /// Selects its numbers from all of the quantity.
     pub(super) fn select(self, whole: Vec<f64>) -> Vec<f64> {
         match self.component {
             None => whole,
@@ -276,7 +275,7 @@ impl Member {
         }
     }
 
-    /// Puts its numbers among all of the quantity.
+    /// Writes its numbers into all of the quantity.
     pub(super) fn put(self, numbers: &[f64], whole: &mut [f64]) {
         match self.component {
             None => whole.copy_from_slice(numbers),
@@ -287,7 +286,8 @@ impl Member {
         }
     }
 
-    /// The sizes of its array: those of the quantity, without the last if it is one number of each vector.
+    /// The dimensions of its array: those of the quantity, without the last if it is one component of each
+    /// vector.
     #[must_use]
     pub fn dimensions(self, scene: &Scene) -> Vec<usize> {
         let mut dimensions = self.quantity.dimensions(scene);
@@ -309,7 +309,7 @@ fn of_material(m: &Material, material: usize) -> Vec<(&'static str, Quantity)> {
         Bsdf::Principled(principled) => (Some(principled.roughness), Some(principled.metallic)),
         Bsdf::PrincipledThin(thin) => (Some(thin.roughness), None),
         _ => {
-            // One texture for both axes: two would be two parameters of one name.
+            // One texture for both axes: two would be two parameters of the same name.
             let [along, across] = m.roughness_textures;
             (along.filter(|_| along == across).map(Value::Texture), None)
         }

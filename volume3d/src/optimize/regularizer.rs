@@ -1,26 +1,26 @@
-//! What is known of shapes in general, as terms of a loss.
+//! Regularizers of meshes.
 
 use glam::DVec3;
 
 use crate::geometry::{Edges, Mesh};
 
-/// A term that prefers some shapes over others, whatever the images say.
+/// Regularisation term of a mesh, independent of the images.
 ///
-/// Each is a function of the vertices, with a gradient by them; both are exact. A term biases the fit towards what it
-/// prefers: choose the least weight that keeps noise from the mesh, and let it fall to 0 as the fit converges.
+/// Each is a function of the vertices, with a gradient by them; both are exact. A term biases the fit: choose
+/// the least weight that keeps noise from the mesh, and let it fall to 0 as the fit converges.
 ///
 /// With E the edges, p the vertices and n the unit normals of triangles:
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Regularizer {
-    /// The mean over vertices of |(L p)_i|², with (L p)_i = p_i − the mean of the neighbours of i (Taubin 1995): prefers
-    /// smooth surfaces, and shrinks them. In squares of scene units.
+    /// The mean over vertices of |(L p)_i|², with (L p)_i = p_i − the mean of the neighbours of i (Taubin
+    /// 1995): prefers smooth surfaces, and shrinks them. In squares of scene units.
     Laplacian,
-    /// The mean over edges of (|e|/ℓ − 1)², with ℓ the mean length of all edges: prefers edges alike, so that none
-    /// collapse. It does not depend on the scale.
+    /// The mean over edges of (|e|/ℓ − 1)², with ℓ the mean length of all edges: prefers edges alike, so that
+    /// none collapse. It does not depend on the scale.
     EdgeLength,
-    /// The mean over edges between two triangles of 1 − n₁·n₂: prefers flat surfaces with few folds. It does not depend on
-    /// the scale. Triangles of zero area have no normal and do not count.
+    /// The mean over edges between two triangles of 1 − n₁·n₂: prefers flat surfaces with few folds. It does
+    /// not depend on the scale. Triangles of zero area have no normal and do not count.
     NormalConsistency,
 }
 
@@ -77,7 +77,7 @@ fn edge_length(positions: &[DVec3], edges: &[[usize; 2]]) -> (f64, Vec<DVec3>) {
     }
     let deviation = |length: f64| length / mean - 1.0;
     let value = lengths.iter().map(|&l| deviation(l).powi(2)).sum::<f64>() / count;
-    // By each length directly, and by all through their mean.
+    // By each length directly, and by all lengths through their mean.
     let by_mean = lengths.iter().map(|&l| -2.0 * deviation(l) * l / (mean * mean)).sum::<f64>() / count;
     for (&[a, b], &length) in edges.iter().zip(&lengths).filter(|(_, length)| **length > 0.0) {
         let by_length = (2.0 * deviation(length) / mean + by_mean) / count;
@@ -101,7 +101,7 @@ fn normal_consistency(positions: &[DVec3], triangles: &[[u32; 3]], edges: &Edges
         let pair = [first.triangle, second.triangle];
         let crosses = pair.map(cross);
         let [Some(m), Some(n)] = crosses.map(DVec3::try_normalize) else { continue };
-        // Two that run along their edge in the same sense face opposite ways.
+        // Two triangles that traverse their edge in the same sense face opposite ways.
         let sign = if first.ascending == second.ascending { -1.0 } else { 1.0 };
         value += 1.0 - sign * m.dot(n);
         count += 1;
@@ -129,7 +129,7 @@ mod tests {
     const ALL: [Regularizer; 3] =
         [Regularizer::Laplacian, Regularizer::EdgeLength, Regularizer::NormalConsistency];
 
-    /// A bent cube, a vertex alone, and a triangle without area.
+    /// A bent cube, an isolated vertex, and a triangle without area.
     fn mesh() -> Mesh {
         let mut rng = stream(71, &[]);
         let mut random = || DVec3::from_array(std::array::from_fn(|_| open01(&mut rng) - 0.5));
@@ -170,7 +170,7 @@ mod tests {
         for (term, power) in ALL.into_iter().zip([2, 0, 0]) {
             let (one, ten) = (term.of(&cube).0, term.of(&cube.clone().transformed(&by(10.0))).0);
             assert!((ten / one - 10.0_f64.powi(power)).abs() < 1e-12, "{term:?}");
-            // No motion as a whole changes anything.
+            // Invariance under translation.
             let total: DVec3 = term.of(&cube).1.into_iter().sum();
             assert!(total.length() < 1e-14, "{term:?}");
         }

@@ -1,26 +1,27 @@
-//! How step sizes change in the course of a fit.
+//! Learning-rate schedules.
 
 use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
-/// What a rate is multiplied by in step t of T, from 1 in the first step to `end` after the last.
+/// Factor of the learning rate in step t of T, from 1 in the first step to `end` after the last.
 ///
-/// Adam stops as near to a minimum as its rate: a fit that is to converge lets it fall to 0 or nearly so.
+/// The distance of Adam from a minimum is limited by its rate: for convergence let it fall to 0 or nearly so.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Schedule {
-    /// 1 in all steps: to look for a rate that works.
+    /// 1 in all steps: for finding a rate that works.
     Constant {},
-    /// end + (1 − end) (1 + cos(π t/T))/2: large steps for long, then ever smaller ones. The default, with end = 0.
+    /// end + (1 − end) (1 + cos(π t/T))/2: large steps for most of the fit, then ever smaller ones. The
+    /// default, with end = 0.
     Cosine {
-        /// What it falls to.
+        /// The final factor.
         #[serde(default)]
         end: f64,
     },
-    /// endᵗ⸍ᵀ: each step smaller than the last by one factor.
+    /// endᵗ⸍ᵀ: each step is smaller than the last by a constant factor.
     Exponential {
-        /// What it falls to, above 0.
+        /// The final factor, above 0.
         end: f64,
     },
 }
@@ -43,7 +44,7 @@ impl Schedule {
         }
     }
 
-    /// What is wrong with it, if anything.
+    /// The reason why the schedule is invalid, if it is.
     #[must_use]
     pub fn problem(self) -> Option<String> {
         match self {

@@ -7,11 +7,12 @@ use crate::Image;
 use crate::gradient::FilmPlane;
 use crate::scene::Scene;
 
-/// Weights that let only silhouettes count: 1 in pixels within `reach` pixels, along rows and columns, of one beside which some of these shapes
-/// begin or end, 0 in all others.
+/// Weights that restrict a loss to silhouettes: 1 in pixels within `reach` pixels, along rows and columns, of
+/// a pixel next to which some of these shapes begin or end, 0 in all others.
 ///
-/// What a pixel shows is what is seen through its centre, and through the middle of a lens, so that what is thinner than pixels may be missed. Weights are those of
-/// the scene as it is, not functions of its parameters: a loss with them has no derivative through them.
+/// Each pixel is sampled once, through its centre and the middle of a lens, so that features thinner than
+/// pixels may be missed. Weights are those of the scene as it is, not functions of its parameters: a loss
+/// with them has no derivative through them.
 #[must_use]
 pub fn silhouette_weights(scene: &Scene, shapes: &[usize], reach: usize) -> Image {
     let film = FilmPlane::new(scene);

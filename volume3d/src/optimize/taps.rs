@@ -1,4 +1,4 @@
-//! From covectors at points to the parameters of an implicit surface.
+//! Chain rule from covectors at points to the parameters of an implicit surface.
 
 use flatland::sdf::{Jet, Sdf as _};
 use glam::DVec3;
@@ -6,11 +6,11 @@ use rayon::prelude::*;
 
 use crate::scene::ImplicitShape;
 
-/// The most parts that are summed side by side, and the most numbers that all of their sums may have.
+/// Maximum number of parts that are summed in parallel, and of the numbers of all of their sums.
 const PARTS: usize = 8;
 const NUMBERS: usize = 1 << 22;
 
-/// Σ c ∂φ(x)/∂θ over points x with their covectors (c, 0), the same bits at any number of threads.
+/// Σ c ∂φ(x)/∂θ over points x with their covectors (c, 0), bit-identical for any number of threads.
 pub(super) fn by_parameters(shape: &ImplicitShape, taps: &[(DVec3, Jet<DVec3>)]) -> Vec<f64> {
     if let Some(baked) = shape.surface.network() {
         let points: Vec<DVec3> = taps.iter().map(|&(x, _)| shape.local(x)).collect();

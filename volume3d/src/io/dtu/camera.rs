@@ -1,4 +1,4 @@
-//! Cameras from their matrices.
+//! Cameras from DTU projection matrices.
 
 use glam::{DMat3, DMat4, DVec2, DVec3, DVec4};
 
@@ -6,13 +6,13 @@ use super::View;
 use crate::io::DtuProblem;
 use crate::scene::Camera;
 
-/// How far a picture's border may be from where a [`Camera`] has it, in pixels.
+/// Maximum displacement of the picture's border under the conversion to [`Camera`], in pixels.
 const TOLERANCE: f64 = 1e-3;
 
-/// The least volume of three rows over the product of their lengths.
+/// Minimum volume of three rows relative to the product of their lengths.
 const LEAST_VOLUME: f64 = 1e-12;
 
-/// A camera that a [`Camera`] cannot represent: its axes are not across each other.
+/// Skewed camera, which a [`Camera`] cannot represent: its axes are not orthogonal.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
     "a camera whose columns are upright cannot represent this one: skew moves pixels at the border by {skew}; 0.001 is allowed"
@@ -31,8 +31,8 @@ pub(in crate::io) struct Pinhole {
 }
 
 impl Pinhole {
-    /// Decomposes the first three rows of a matrix, which may have any scale: K is upper triangular with a positive diagonal and
-    /// K_33 = 1, and R is a rotation.
+    /// Decomposes the first three rows of a matrix, which may have any scale: K is upper triangular with a
+    /// positive diagonal and K_33 = 1, and R is a rotation.
     pub(super) fn new(matrix: DMat4, index: usize) -> Result<Self, DtuProblem> {
         let singular = |what| DtuProblem::Singular { index, what };
         let rows = [0, 1, 2].map(|i| matrix.row(i));
@@ -46,7 +46,7 @@ impl Pinhole {
         if volume.is_nan() || volume.abs() <= LEAST_VOLUME * lengths {
             return Err(singular("its first three columns are singular"));
         }
-        // A projection is the same with the other sign; a rotation is not.
+        // The negated matrix is the same projection, but the rotation needs a positive determinant.
         let [first, second, third]: [DVec4; 3] = [first, second, third].map(|row| row * volume.signum());
         let (r3, depth) = unit(third.truncate());
         let k23 = second.truncate().dot(r3);
@@ -80,18 +80,20 @@ fn unit(v: DVec3) -> (DVec3, f64) {
 }
 
 impl View {
-    /// Where a point is in the picture: u to the right and v down, with (0, 0) in the middle of the top left pixel.
-    /// A point behind the camera has a place, too, and one at its height has none that is finite.
+    /// Projection of a point into the picture: u to the right and v down, with (0, 0) in the middle of the
+    /// top left pixel. A point behind the camera is projected, too; the projection of a point at depth 0 is
+    /// not finite.
     #[must_use]
     pub fn project(&self, x: DVec3) -> DVec2 {
         let p = self.intrinsics * (self.rotation * (x - self.center));
         DVec2::new(p.x / p.z, p.y / p.z)
     }
 
-    /// The same camera for a scene.
+    /// The camera in the form that a scene needs.
     ///
     /// # Errors
-    /// If its axes are skewed by so much that a pixel at the border is moved by more than 0.001 pixels. Such pictures have to be resampled before.
+    /// If the axes are skewed so much that a pixel at the border is displaced by more than 0.001 pixels. Such
+    /// pictures have to be resampled first.
     pub fn camera(&self) -> Result<Camera, CameraMismatch> {
         let (k, (width, height)) = (self.intrinsics, self.image.size());
         let (width, height) = (width as f64, height as f64);

@@ -1,10 +1,10 @@
-//! Pictures with masks and cameras, laid out as the DTU data of IDR (Yariv et al. 2020). NeuS (Wang et al. 2021) names
-//! the file of cameras `cameras_sphere.npz` instead; rename it.
+//! DTU data in the layout of IDR (Yariv et al. 2020): pictures with masks and cameras. NeuS (Wang et al.
+//! 2021) names the file of cameras `cameras_sphere.npz` instead; rename it.
 //!
-//! A folder has `image/*.png`, `mask/*.png` and `cameras.npz`. In that, `world_mat_i` is the projection of image i, a 4 × 4
-//! matrix whose first three rows take points of the world to pixels, and `scale_mat_i` takes the unit ball, in which the object is, to
-//! the world. [`View`]s are in the coordinates of the ball. Images and masks are ordered by their names: by number if all names are
-//! numbers, and else by letters.
+//! A folder has `image/*.png`, `mask/*.png` and `cameras.npz`. In the latter, `world_mat_i` is the projection
+//! of image i, a 4 × 4 matrix whose first three rows map world points to pixels, and `scale_mat_i` maps the
+//! unit ball, which contains the object, to the world. [`View`]s are in the coordinates of the ball. Images
+//! and masks are sorted by name: numerically if all names are numbers, otherwise alphabetically.
 
 mod camera;
 
@@ -19,19 +19,21 @@ use super::npz::Npz;
 use super::{DtuProblem, Error, files, load_image};
 use crate::Image;
 
-/// The file of cameras.
+/// Name of the camera file.
 const CAMERAS: &str = "cameras.npz";
 
-/// A picture with its camera, which takes x to the pixel K R (x − c), divided by its third coordinate.
+/// Picture with its camera, which maps x to the pixel K R (x − c), divided by its third coordinate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct View {
-    /// The picture's file name without its ending.
+    /// The picture's file name without its extension.
     pub name: String,
     /// The picture, linear RGB. 24 bytes a pixel: 46 MB of the DTU data.
     pub image: Image,
-    /// Whether a pixel shows the object, row by row from the top: its mean over the channels is above one half of white, as stored.
+    /// Whether a pixel shows the object, row by row from the top: its mean over the channels is above one
+    /// half of white, as stored.
     pub mask: Vec<bool>,
-    /// K: upper triangular in pixels, with a positive diagonal and K_33 = 1. Pixel centres have whole coordinates, as in OpenCV.
+    /// K: upper triangular in pixels, with a positive diagonal and K_33 = 1. Pixel centres have whole
+    /// coordinates, as in OpenCV.
     pub intrinsics: DMat3,
     /// R, from the ball's coordinates to the camera's: x to the right, y down, z into the picture.
     pub rotation: DMat3,
@@ -39,7 +41,7 @@ pub struct View {
     pub center: DVec3,
 }
 
-/// A folder whose names and cameras are read, and whose pictures are read one by one.
+/// DTU folder whose names and cameras are read at once, and whose pictures are read one by one.
 #[derive(Debug)]
 pub struct Folder {
     path: PathBuf,
@@ -47,7 +49,7 @@ pub struct Folder {
     pinholes: Vec<Pinhole>,
 }
 
-/// All views of a folder; [`Folder`] has them one by one, with less memory.
+/// Reads all views of a folder; [`Folder`] reads them one by one, with less memory.
 ///
 /// # Errors
 /// [`Error::File`], [`Error::Dtu`] or [`Error::Image`].
@@ -60,8 +62,8 @@ impl Folder {
     /// Reads the names and all cameras.
     ///
     /// # Errors
-    /// [`Error::File`], or [`Error::Dtu`] if there are other numbers of images, masks and cameras, or a matrix is none of a
-    /// camera.
+    /// [`Error::File`], or [`Error::Dtu`] if the numbers of images, masks and cameras differ, or a matrix is
+    /// not that of a camera.
     pub fn open(path: &Path) -> Result<Self, Error> {
         let images = names(&path.join("image"))?;
         let masks = names(&path.join("mask"))?;
@@ -82,20 +84,20 @@ impl Folder {
         Ok(Self { path: path.to_path_buf(), names, pinholes })
     }
 
-    /// How many views there are, at least one.
+    /// The number of views, at least one.
     #[expect(clippy::len_without_is_empty, reason = "an empty folder is refused")]
     #[must_use]
     pub fn len(&self) -> usize {
         self.names.len()
     }
 
-    /// The file of cameras.
+    /// The path of the camera file.
     #[must_use]
     pub fn cameras(&self) -> PathBuf {
         self.path.join(CAMERAS)
     }
 
-    /// The files of a view, from 0: its picture and its mask; nothing if there is no such view.
+    /// The paths of the picture and the mask of a view, from 0; `None` if there is no such view.
     #[must_use]
     pub fn pictures(&self, index: usize) -> Option<[&Path; 2]> {
         self.names.get(index).map(|names| names.each_ref().map(PathBuf::as_path))
@@ -104,7 +106,8 @@ impl Folder {
     /// A view, from 0.
     ///
     /// # Errors
-    /// [`Error::File`] or [`Error::Image`], or [`Error::Dtu`] if the mask has another size, or there is no such view.
+    /// [`Error::File`] or [`Error::Image`], or [`Error::Dtu`] if the mask has another size, or there is no
+    /// such view.
     pub fn view(&self, index: usize) -> Result<View, Error> {
         let error = |problem| Error::Dtu { path: self.path.clone(), problem };
         let (Some([image, mask]), Some(pinhole)) = (self.names.get(index), self.pinholes.get(index)) else {
@@ -121,7 +124,7 @@ impl Folder {
     }
 }
 
-/// The cameras of so many images.
+/// Parses the cameras of `images` images.
 pub(in crate::io) fn parse_cameras(bytes: &[u8], images: usize) -> Result<Vec<Pinhole>, DtuProblem> {
     let arrays = Npz::new(bytes)?;
     let camera = |index| {
@@ -153,7 +156,7 @@ fn names(path: &Path) -> Result<Vec<PathBuf>, Error> {
     Ok(names)
 }
 
-/// The number that a file's name is.
+/// The number in a file name that is a number.
 fn number(path: &Path) -> Option<u64> {
     let stem = path.file_stem()?.to_str()?;
     if stem.bytes().all(|b| b.is_ascii_digit()) { stem.parse().ok() } else { None }

@@ -1,38 +1,38 @@
-//! Why an array cannot be read or written.
+//! Errors of NumPy arrays.
 
 use super::MemoryError;
 
-/// What is wrong with a NumPy array.
+/// Problem with a NumPy array.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ArrayProblem {
-    /// There is no room for it in memory.
+    /// The array does not fit into memory.
     #[error(transparent)]
     Memory(#[from] MemoryError),
-    /// The file is no NPY file, or one of an unknown version.
+    /// The file is not an NPY file, or has an unknown version.
     #[error("not an NPY file of version 1, 2 or 3")]
     Magic,
-    /// The header cannot be understood.
+    /// The header cannot be parsed.
     #[error("cannot understand the header: expected {expected}")]
     Header {
-        /// What should be there.
+        /// The expected syntax.
         expected: &'static str,
     },
-    /// The numbers are of a type that is not read.
+    /// The element type is not supported.
     #[error("numbers of type \"{found}\" are not supported; save as float32 or float64")]
     Type {
         /// The type as the file gives it.
         found: String,
     },
-    /// The array is stored column by column.
+    /// The array is in Fortran (column-major) order.
     #[error("Fortran order is not supported; save numpy.ascontiguousarray(array)")]
     FortranOrder,
-    /// The file is shorter or longer than its shape says, or the values are.
+    /// The length of the file or of the values does not match the shape.
     #[error("the shape asks for {expected}, but there are {found}")]
     Length {
         /// Bytes in a file, numbers in memory.
         expected: String,
-        /// How many there are.
+        /// The number found.
         found: usize,
     },
 }

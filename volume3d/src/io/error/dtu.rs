@@ -1,34 +1,34 @@
-//! Why pictures with their cameras cannot be read.
+//! Errors of DTU folders.
 
 use std::path::PathBuf;
 
 use super::ArrayProblem;
 
-/// What is wrong with a folder of pictures, masks and cameras.
+/// Problem with a folder of pictures, masks and cameras.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum DtuProblem {
-    /// The file is no ZIP archive, or a damaged one.
+    /// The file is not a ZIP archive, or is damaged.
     #[error("not a readable NPZ archive: {0}")]
     Archive(#[from] rawzip::Error),
-    /// Two arrays have one name.
+    /// Two arrays have the same name.
     #[error("there are two arrays \"{array}\"")]
     Twice {
         /// Their name, cut after 60 characters.
         array: String,
     },
-    /// An array that is needed is not there.
+    /// A required array is missing.
     #[error("there is no array \"{array}\"")]
     Missing {
         /// Its name.
         array: String,
     },
-    /// There is a camera without a picture.
+    /// A camera has no picture.
     #[error("there is an array \"{array}\", but there are only {images} images")]
     Unused {
         /// The array.
         array: String,
-        /// How many pictures there are.
+        /// The number of pictures.
         images: usize,
     },
     /// An array cannot be inflated.
@@ -36,16 +36,16 @@ pub enum DtuProblem {
     Damaged {
         /// Its name.
         array: String,
-        /// Why.
+        /// The cause.
         source: std::io::Error,
     },
-    /// An array is compressed by other means than NumPy does.
+    /// An array is compressed by a method that NumPy does not use.
     #[error("\"{array}\" is compressed by a method that is not supported; write it with numpy.savez")]
     Compression {
         /// Its name.
         array: String,
     },
-    /// An array is larger than any matrix.
+    /// An array is larger than a 4 × 4 matrix can be.
     #[error("\"{array}\" takes {limit} bytes or more; a matrix is smaller")]
     TooLarge {
         /// Its name.
@@ -53,15 +53,15 @@ pub enum DtuProblem {
         /// The limit.
         limit: u64,
     },
-    /// An array cannot be understood.
+    /// An array cannot be parsed.
     #[error("\"{array}\": {problem}")]
     Array {
         /// Its name.
         array: String,
-        /// What is wrong with it.
+        /// The problem with the array.
         problem: ArrayProblem,
     },
-    /// An array is no matrix of 4 × 4 numbers.
+    /// An array is not a matrix of 4 × 4 numbers.
     #[error("\"{array}\" has the shape {found:?}; expected [4, 4]")]
     Shape {
         /// Its name.
@@ -81,56 +81,56 @@ pub enum DtuProblem {
         /// The number.
         value: f64,
     },
-    /// A matrix is none of a camera.
+    /// A matrix is not that of a camera.
     #[error("world_mat_{index} · scale_mat_{index} is none of a camera: {what}")]
     Singular {
-        /// Which.
+        /// The index of the image.
         index: usize,
-        /// Why.
+        /// The reason.
         what: &'static str,
     },
     /// There are no pictures.
     #[error("there are no PNG images")]
     Empty,
-    /// There are other numbers of pictures and of masks.
+    /// The numbers of pictures and masks differ.
     #[error("there are {images} images, but {masks} masks")]
     Count {
-        /// Pictures.
+        /// The number of pictures.
         images: usize,
-        /// Masks.
+        /// The number of masks.
         masks: usize,
     },
-    /// A picture and the mask beside it in the order of names have other numbers.
+    /// A picture and its mask, by the order of names, have different numbers in their names.
     #[error("image {index} (from 0) is \"{image}\", but the mask in its place is \"{mask}\"")]
     Pair {
-        /// Their place.
+        /// The index of the pair.
         index: usize,
         /// The picture's file name.
         image: String,
         /// The mask's file name.
         mask: String,
     },
-    /// A picture and its mask have other sizes.
+    /// A picture and its mask differ in size.
     #[error(
         "the mask of image {index} (from 0) has {}×{} pixels, but the image, {}, has {}×{}",
         found.0, found.1, image.display(), expected.0, expected.1
     )]
     Size {
-        /// Their place.
+        /// The index of the pair.
         index: usize,
         /// The picture.
         image: PathBuf,
         /// Columns and rows of the picture.
         expected: (usize, usize),
-        /// Those of the mask.
+        /// Columns and rows of the mask.
         found: (usize, usize),
     },
     /// There is no such picture.
     #[error("there is no image {index} (from 0), but {count}")]
     Index {
-        /// Which was asked for.
+        /// The requested index.
         index: usize,
-        /// How many there are.
+        /// The number of pictures.
         count: usize,
     },
 }

@@ -1,19 +1,19 @@
-//! Why a grid of signed distances cannot be read or written.
+//! Errors of SDF grid files.
 
 use super::MemoryError;
 use crate::sdf::GridError;
 
-/// What is wrong with a grid's file.
+/// Problem with an SDF grid file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GridProblem {
-    /// There is no room for it in memory.
+    /// The grid does not fit into memory.
     #[error(transparent)]
     Memory(#[from] MemoryError),
-    /// The file is not of this format.
+    /// The file does not have this format.
     #[error("not a Mitsuba volume: it does not begin with \"VOL\"")]
     Magic,
-    /// A version of the format that is not read.
+    /// The version of the format is not supported.
     #[error("version {found} of the volume format is not supported; expected 3")]
     Version {
         /// The version.
@@ -22,28 +22,28 @@ pub enum GridProblem {
     /// The file ends within its header.
     #[error("the file ends after {found} bytes, within its header of 48")]
     Header {
-        /// Bytes there are.
+        /// The number of bytes in the file.
         found: usize,
     },
-    /// Numbers of another type.
+    /// The element type is not supported.
     #[error("numbers of type {found} are not supported; write float32, type 1")]
     Type {
         /// The type.
         found: i32,
     },
-    /// More than one number, or none, for every node.
+    /// The number of channels per node is not one.
     #[error("{found} channels; a grid of distances has 1")]
     Channels {
-        /// How many.
+        /// The number of channels.
         found: i32,
     },
-    /// A negative number of nodes.
+    /// The number of nodes is negative.
     #[error("a size of {} × {} × {} nodes", size[0], size[1], size[2])]
     Size {
         /// Nodes along x, y and z.
         size: [i32; 3],
     },
-    /// The file is shorter or longer than its size says.
+    /// The length of the file does not match its size.
     #[error(
         "{} × {} × {} nodes take {expected} bytes, but the file has {found}", size[0], size[1], size[2]
     )]
@@ -52,13 +52,13 @@ pub enum GridProblem {
         size: [usize; 3],
         /// Bytes of the whole file.
         expected: u128,
-        /// Bytes there are.
+        /// The number of bytes in the file.
         found: usize,
     },
-    /// The numbers are no grid of distances.
+    /// The numbers are not an SDF grid.
     #[error(transparent)]
     Grid(#[from] GridError),
-    /// The box is so far from the origin that single precision moves it.
+    /// The box is so far from the origin that rounding to single precision moves it.
     #[error(
         "float32 would move a corner of the box by {cells:.3} cells: the box is too far from the origin for cells so small"
     )]
@@ -66,7 +66,7 @@ pub enum GridProblem {
         /// Shift in cells.
         cells: f64,
     },
-    /// A node or corner is beyond single precision.
+    /// A node or corner exceeds the range of single precision.
     #[error("{what} {index} is {value}, which float32 cannot hold")]
     Single {
         /// "node", "low corner" or "high corner".

@@ -1,12 +1,12 @@
-//! Why an image cannot be read or written.
+//! Errors of image files.
 
 use super::MemoryError;
 
-/// What is wrong with an image.
+/// Problem with an image.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImageProblem {
-    /// There is no room for it in memory.
+    /// The image does not fit into memory.
     #[error(transparent)]
     Memory(#[from] MemoryError),
     /// The file cannot be decoded or encoded.
@@ -18,18 +18,18 @@ pub enum ImageProblem {
     /// A PNG cannot be encoded.
     #[error("{0}")]
     Png(#[from] png::EncodingError),
-    /// A PNG in colours that are not read.
+    /// The colour space of a PNG is not supported.
     #[error(
         "its cICP chunk says colour primaries {primaries} and transfer function {transfer}; supported: primaries 1 with transfer \
          8 (linear) or 13 (sRGB): convert it, or give encoding = \"srgb\" or \"linear\""
     )]
     Colours {
-        /// By ITU-T H.273.
+        /// Colour primaries by ITU-T H.273.
         primaries: u8,
-        /// By ITU-T H.273.
+        /// Transfer characteristics by ITU-T H.273.
         transfer: u8,
     },
-    /// An OpenEXR image with none, or with several pictures, or not with that which is asked for.
+    /// An OpenEXR image without a picture, with several, or without the requested one.
     #[error(
         "{}: its channels are {channels}",
         asked.as_ref().map_or_else(
@@ -38,41 +38,41 @@ pub enum ImageProblem {
         )
     )]
     Layer {
-        /// The layer that is asked for, if one is.
+        /// The requested layer, if any.
         asked: Option<String>,
         /// All channels of the file.
         channels: String,
     },
-    /// A layer is asked for of what has none.
+    /// A layer is requested of a format without layers.
     #[error("layer = \"{layer}\" is given, but only OpenEXR images have layers")]
     NoLayers {
         /// The layer.
         layer: String,
     },
-    /// An OpenEXR image whose channels do not have one number for each pixel.
+    /// An OpenEXR image with subsampled channels.
     #[error("its channels do not have one number for each pixel; write them at full size, and not deep")]
     Sampling,
-    /// Not one of the formats that are read.
+    /// The format is not supported.
     #[error("not a PNG, JPEG, BMP, OpenEXR or Radiance HDR image")]
     Format,
-    /// An image without pixels, or with more than can be dealt with.
+    /// An image without pixels, or with too many.
     #[error("{width}×{height} pixels; expected at least 1×1 and at most {limit} in all")]
     Size {
         /// Columns.
         width: usize,
         /// Rows.
         height: usize,
-        /// The largest number of pixels.
+        /// The maximum number of pixels.
         limit: usize,
     },
-    /// The number of pixels is not that of the size.
+    /// The number of pixels does not match the size.
     #[error("{found} pixels given for {width}×{height}")]
     Length {
         /// Columns.
         width: usize,
         /// Rows.
         height: usize,
-        /// How many pixels there are.
+        /// The number of pixels found.
         found: usize,
     },
     /// A pixel is NaN or infinite.
@@ -99,14 +99,14 @@ pub enum ImageProblem {
         /// Its row.
         y: usize,
     },
-    /// A pixel is negative or above 1, or what else it may be at most, where reflectance or a number of a material is expected.
+    /// A pixel of a reflectance or material parameter is negative or above its maximum, usually 1.
     #[error("the pixel in column {x}, row {y} (from the top left, from 0) is outside [0, {most}]")]
     Range {
         /// Its column.
         x: usize,
         /// Its row.
         y: usize,
-        /// What it may be at most.
+        /// The maximum.
         most: f64,
     },
 }

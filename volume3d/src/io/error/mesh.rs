@@ -1,90 +1,90 @@
-//! Why triangles cannot be read.
+//! Errors of mesh files.
 
 use super::MemoryError;
 use crate::geometry::MeshError;
 
-/// What is wrong with a file of triangles.
+/// Problem with a mesh file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MeshProblem {
-    /// There is no room for it in memory.
+    /// The mesh does not fit into memory.
     #[error(transparent)]
     Memory(#[from] MemoryError),
-    /// Something else than what the format demands.
+    /// Unexpected content.
     #[error("expected {expected}, found \"{found}\"")]
     Expected {
-        /// What should be there.
+        /// The expected content.
         expected: &'static str,
-        /// What is there, cut after 60 characters.
+        /// The content found, cut after 60 characters.
         found: String,
     },
     /// The file ends too early.
     #[error("the file ends before {what}")]
     Truncated {
-        /// What is missing.
+        /// The missing part.
         what: String,
     },
-    /// The file goes on after its end.
+    /// There is data after the end of the mesh.
     #[error("{bytes} bytes follow the last element that the header announces")]
     Trailing {
-        /// How many.
+        /// The number of bytes after the end.
         bytes: usize,
     },
-    /// A face names what does not exist.
+    /// A face refers to an element that does not exist.
     #[error("the face refers to {what} {index}, but there are {count} so far")]
     Index {
         /// "vertex", "normal" or "texture coordinate".
         what: &'static str,
-        /// The index as the file gives it.
+        /// The index as in the file.
         index: i64,
-        /// How many there are.
+        /// The number of elements.
         count: usize,
     },
-    /// A face of fewer than three corners.
+    /// A face has fewer than three corners.
     #[error("a face of {corners} corners; a face needs at least 3")]
     Corners {
-        /// How many corners there are.
+        /// The number of corners.
         corners: usize,
     },
-    /// A file of points only.
+    /// The file has points only.
     #[error("there are no faces, only {vertices} vertices: nothing would be seen")]
     Faceless {
         /// Number of vertices.
         vertices: usize,
     },
-    /// A list of texture coordinates that does not fit its face.
+    /// The length of a list of texture coordinates does not match its face.
     #[error(
         "the list texcoord has {found} numbers for a face of {corners} corners; give two for each corner, or none"
     )]
     FaceCoordinates {
-        /// How many numbers there are.
+        /// The length of the list.
         found: usize,
-        /// How many corners the face has.
+        /// The number of corners of the face.
         corners: usize,
     },
-    /// An attribute that the file does not have.
+    /// The file lacks the requested attribute.
     #[error("there is no attribute \"{name}\" of one or three numbers; the file has {known}")]
     Attribute {
-        /// What it is called.
+        /// The requested name.
         name: String,
-        /// What there is.
+        /// The attributes in the file.
         known: String,
     },
-    /// Something that the format knows and this program refuses.
+    /// A feature of the format that is not supported.
     #[error("{what} is not supported; {instead}")]
     Unsupported {
         /// The feature.
         what: String,
-        /// What to do instead.
+        /// The alternative.
         instead: &'static str,
     },
-    /// The header announces no such thing.
+    /// An element that the header does not declare.
     #[error("the header has no {what}")]
     Missing {
-        /// What is missing.
+        /// The missing element.
         what: &'static str,
     },
-    /// The numbers do not make a mesh.
+    /// The numbers do not form a valid mesh.
     #[error(transparent)]
     Geometry(#[from] MeshError),
 }

@@ -1,4 +1,4 @@
-//! Why a file cannot be read or written, and where.
+//! Errors of reading and writing files, with their locations.
 
 mod array;
 mod dtu;
@@ -19,25 +19,25 @@ pub use mesh::MeshProblem;
 pub use network::NetworkProblem;
 pub use scene::SceneProblem;
 
-/// Where in a file.
+/// Location in a file.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Place {
     /// The file.
     pub path: PathBuf,
-    /// Where in it.
+    /// The location within the file.
     pub at: At,
 }
 
-/// Where in a file whose name is known.
+/// Location within a file.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum At {
-    /// Nowhere in particular.
+    /// The file as a whole.
     Whole,
     /// A line of text, from 1.
     Line(usize),
     /// A line and a column in characters, both from 1.
     Column(usize, usize),
-    /// One element of a binary file: what it is called there, and its index from 0.
+    /// One element of a binary file: its name there, and its index from 0.
     Item(String, usize),
 }
 
@@ -59,117 +59,117 @@ impl fmt::Display for Place {
     }
 }
 
-/// Memory that cannot be had.
+/// Failed memory allocation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{what} would take {bytes} bytes of memory, which cannot be had")]
 pub struct MemoryError {
-    /// What it is for.
+    /// The purpose.
     pub what: &'static str,
-    /// How much.
+    /// The size in bytes.
     pub bytes: usize,
 }
 
-/// A file that cannot be read or written.
+/// Error of reading or writing a file.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// The operating system refuses.
+    /// The operating system reports an error.
     #[error("cannot {action} {}: {source}", path.display())]
     File {
         /// "read", "write", "decompress".
         action: &'static str,
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         source: std::io::Error,
     },
-    /// The name of a file does not tell how to read it.
+    /// The file name has no supported extension.
     #[error("{}: cannot tell the format from the name; supported: {supported}", path.display())]
     Extension {
         /// The file.
         path: PathBuf,
-        /// What is supported.
+        /// The supported extensions.
         supported: &'static str,
     },
-    /// A scene that is not well-formed XML.
+    /// A scene is not well-formed XML.
     #[error("{}: not well-formed XML: {source}", path.display())]
     Xml {
         /// The file.
         path: PathBuf,
-        /// What is wrong, and where.
+        /// The syntax error, with its location.
         source: roxmltree::Error,
     },
-    /// A scene that is well-formed but cannot be understood.
+    /// A well-formed scene has an error.
     #[error("{place}: {problem}")]
     Scene {
-        /// Where.
+        /// The location.
         place: Place,
-        /// What is wrong there.
+        /// The problem.
         problem: Box<SceneProblem>,
     },
-    /// Several things in a scene that cannot be understood.
+    /// A scene has several errors.
     #[error("{} problems:\n{}", problems.len(), lines(problems))]
     Several {
-        /// All of them.
+        /// The errors.
         problems: Vec<Error>,
     },
-    /// A file that a scene names cannot be used.
+    /// A file referenced by a scene cannot be used.
     #[error("{place}: {source}")]
     Referenced {
-        /// Where it is named.
+        /// The location of the reference.
         place: Place,
-        /// What is wrong with it.
+        /// The cause.
         source: Box<Error>,
     },
-    /// A file of triangles that cannot be read.
+    /// A mesh file cannot be read.
     #[error("{place}: {problem}")]
     Mesh {
-        /// Where.
+        /// The location.
         place: Place,
-        /// What is wrong there.
+        /// The problem.
         problem: MeshProblem,
     },
-    /// An image that cannot be read or written.
+    /// An image cannot be read or written.
     #[error("{}: {problem}", path.display())]
     Image {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The problem.
         problem: ImageProblem,
     },
-    /// A NumPy array that cannot be read or written.
+    /// A NumPy array cannot be read or written.
     #[error("{}: {problem}", path.display())]
     Array {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The problem.
         problem: ArrayProblem,
     },
-    /// A grid of signed distances that cannot be read or written.
+    /// An SDF grid cannot be read or written.
     #[error("{}: {problem}", path.display())]
     Grid {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The problem.
         problem: GridProblem,
     },
-    /// Pictures with masks and cameras that cannot be read.
+    /// A DTU folder cannot be read.
     #[error("{}: {problem}", path.display())]
     Dtu {
         /// The folder, or the file of cameras.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The problem.
         problem: DtuProblem,
     },
-    /// A network that cannot be read or written.
+    /// A network cannot be read or written.
     #[error("{}: {problem}", path.display())]
     Network {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The problem.
         problem: NetworkProblem,
     },
-    /// An implicit surface that is no grid, to be written.
+    /// An implicit surface to be written is neither a grid nor a network.
     #[error(
         "implicit surface `{shape}` is no grid or network, and there is no file format for others; sample it with `Grid::sampled`"
     )]

@@ -1,61 +1,61 @@
-//! Why a network cannot be read or written.
+//! Errors of network files.
 
 use flatland::sdf::shapes::ShapeError;
 
 use super::MemoryError;
 
-/// What is wrong with a network's file.
+/// Problem with a network file.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum NetworkProblem {
-    /// There is no room for it in memory.
+    /// The network does not fit into memory.
     #[error(transparent)]
     Memory(#[from] MemoryError),
     /// The file is too short for its header.
     #[error("the header takes {expected} bytes, but the file has {found}")]
     Truncated {
-        /// Bytes that the length and the header take.
+        /// The number of bytes of the length field and the header.
         expected: u128,
-        /// Bytes there are.
+        /// The number of bytes in the file.
         found: usize,
     },
-    /// The header is not that of a safetensors file.
+    /// The header is not a valid safetensors header.
     #[error("cannot understand the header: {0}")]
     Header(#[from] serde_json::Error),
-    /// The tensors are shorter or longer than the header says.
+    /// The length of the tensors does not match the header.
     #[error("the tensors take {expected} bytes, but the file has {found} for them")]
     Length {
-        /// Bytes that the header announces.
+        /// The number of bytes that the header declares.
         expected: usize,
-        /// Bytes there are.
+        /// The number of bytes in the file.
         found: usize,
     },
-    /// The metadata do not say what the weights are for.
+    /// The metadata do not describe the architecture.
     #[error(
         "the metadata have no \"network\"; write \"sharpness=100 frequencies=0\" there, with the numbers it was trained with"
     )]
     NoArchitecture,
-    /// The metadata say what cannot be understood.
+    /// The architecture in the metadata cannot be parsed.
     #[error("the metadata's \"network\": expected {expected}, found \"{found}\"")]
     Architecture {
-        /// What should be there.
+        /// The expected syntax.
         expected: &'static str,
-        /// What is there, cut after 60 characters.
+        /// The text found, cut after 60 characters.
         found: String,
     },
-    /// A tensor that the network needs is not there.
+    /// A tensor of the network is missing.
     #[error("there is no tensor \"{tensor}\"")]
     Missing {
         /// Its name.
         tensor: String,
     },
-    /// A tensor that is no part of a network.
+    /// A tensor does not belong to the network.
     #[error("a network has no tensor \"{tensor}\"; expected layers.K.weight and layers.K.bias only")]
     Unexpected {
         /// Its name, cut after 60 characters.
         tensor: String,
     },
-    /// Numbers of a type that is not read.
+    /// The element type is not supported.
     #[error("\"{tensor}\" has numbers of type {found}, which are not supported; save as F32 or F64")]
     Type {
         /// Its name.
@@ -63,14 +63,14 @@ pub enum NetworkProblem {
         /// The type.
         found: String,
     },
-    /// A tensor has another shape than its place in the network asks for.
+    /// The shape of a tensor does not match the network.
     #[error("\"{tensor}\" has the shape {found:?}; expected {expected:?}")]
     Shape {
         /// Its name.
         tensor: String,
         /// Rows and columns of a weight, rows of a bias.
         expected: Vec<usize>,
-        /// The shape it has.
+        /// The shape found.
         found: Vec<usize>,
     },
     /// A weight is NaN or infinite.
@@ -83,7 +83,7 @@ pub enum NetworkProblem {
         /// Its value.
         value: f64,
     },
-    /// The sizes are none of a network.
+    /// The sizes do not form a valid network.
     #[error(transparent)]
     Network(#[from] ShapeError),
     /// The header cannot be written.

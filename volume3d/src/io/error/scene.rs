@@ -1,28 +1,28 @@
-//! Why a scene cannot be read.
+//! Errors of scene files.
 
 use std::path::PathBuf;
 
 use super::Place;
 use crate::sdf::{BakeError, GridError};
 
-/// What is wrong at one place of a scene.
+/// Problem at one location of a scene.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SceneProblem {
-    /// An element that is not known where it stands.
+    /// An unknown element in its parent.
     #[error("<{tag}> is not supported inside {parent}; supported: {supported}")]
     Tag {
         /// The element.
         tag: String,
-        /// Where it stands.
+        /// The parent element.
         parent: String,
-        /// What may stand there.
+        /// The supported elements.
         supported: String,
     },
-    /// A ball that is not in its grid.
+    /// A ball that does not fit into its grid.
     #[error("there is no such grid: {0}")]
     Grid(GridError),
-    /// A network that makes no surface.
+    /// A network without a surface.
     #[error("the network cannot be put on a grid: {0}")]
     Network(BakeError),
     /// Text between elements.
@@ -31,17 +31,17 @@ pub enum SceneProblem {
         /// The text.
         text: String,
     },
-    /// An attribute that is not known.
+    /// An unknown attribute.
     #[error("<{tag}> has no attribute \"{attribute}\"; supported: {supported}")]
     Attribute {
         /// The element.
         tag: String,
         /// The attribute.
         attribute: String,
-        /// What is supported.
+        /// The supported attributes.
         supported: String,
     },
-    /// An attribute that must be given.
+    /// A required attribute is missing.
     #[error("<{tag}> needs an attribute \"{attribute}\"")]
     MissingAttribute {
         /// The element.
@@ -49,60 +49,60 @@ pub enum SceneProblem {
         /// The attribute.
         attribute: &'static str,
     },
-    /// A plugin that is not known.
+    /// An unknown plugin.
     #[error("{tag} \"{plugin}\" is not supported; supported: {supported}")]
     Plugin {
         /// The kind of plugin.
         tag: &'static str,
         /// Its type.
         plugin: String,
-        /// What is supported.
+        /// The supported plugins.
         supported: &'static str,
     },
-    /// A parameter that a plugin does not have here.
+    /// A parameter that the plugin does not have.
     #[error("{plugin} has no parameter \"{name}\" here; supported: {supported}")]
     Parameter {
         /// The plugin.
         plugin: String,
         /// The parameter.
         name: String,
-        /// What is supported.
+        /// The supported parameters.
         supported: String,
     },
-    /// A parameter or nested element that must be given.
+    /// A required parameter or nested element is missing.
     #[error("{plugin} needs {name}")]
     Missing {
         /// The plugin.
         plugin: String,
-        /// What is missing.
+        /// The name of the missing part.
         name: String,
     },
-    /// A parameter given by the wrong element.
+    /// A parameter given by the wrong kind of element.
     #[error("parameter \"{name}\" is given as <{found}>; expected {expected}")]
     Kind {
         /// The parameter.
         name: String,
-        /// The element it is given as.
+        /// The element found.
         found: String,
-        /// The elements it may be given as.
+        /// The allowed elements.
         expected: &'static str,
     },
-    /// A value that does not parse or is out of range.
+    /// A value that cannot be parsed or is out of range.
     #[error("{name}=\"{value}\": expected {expected}")]
     Value {
         /// The parameter or attribute.
         name: String,
         /// Its value, cut after 60 characters.
         value: String,
-        /// What it may be.
+        /// The allowed values.
         expected: &'static str,
     },
-    /// Something that Mitsuba knows and this program refuses.
+    /// A feature of Mitsuba that is not supported.
     #[error("{what} is not supported; {instead}")]
     Unsupported {
         /// The feature.
         what: String,
-        /// What to do instead.
+        /// The alternative.
         instead: &'static str,
     },
     /// Two parameters that exclude each other.
@@ -115,42 +115,42 @@ pub enum SceneProblem {
         /// The other.
         second: &'static str,
     },
-    /// An id or a parameter that is given twice.
+    /// An id or a parameter given twice.
     #[error("{what} \"{name}\" was given before, at {first}")]
     Duplicate {
         /// "id" or "parameter".
         what: &'static str,
         /// Its name.
         name: String,
-        /// Where it was given first.
+        /// The location of the first occurrence.
         first: Place,
     },
-    /// More of something than there may be.
+    /// Too many or too few elements.
     #[error("{found} {what} in {parent}; expected {expected}")]
     Count {
         /// The element.
         what: String,
-        /// Where it stands.
+        /// The parent element.
         parent: String,
-        /// How many there are.
+        /// The number found.
         found: usize,
-        /// How many there may be.
+        /// The allowed number.
         expected: &'static str,
     },
-    /// A file that is in none of the folders it may be in.
+    /// A file is in none of the search folders.
     #[error("cannot find \"{name}\"; looked for: {tried}")]
     NotFound {
         /// Its name in the scene.
         name: String,
-        /// The places where it may be.
+        /// The paths tried.
         tried: String,
     },
-    /// A reference to what does not exist.
+    /// A reference to an unknown id.
     #[error("nothing has the id \"{id}\"; there are: {known}")]
     Reference {
         /// The id.
         id: String,
-        /// The ids that exist.
+        /// The known ids.
         known: String,
     },
     /// A `$name` without a value.
@@ -165,13 +165,13 @@ pub enum SceneProblem {
         /// The name.
         name: String,
     },
-    /// A file of the format in a version that is not known.
+    /// An unknown version of the file format.
     #[error("scene version \"{found}\" is not supported; expected 0.x to 3.x")]
     Version {
-        /// The version, or nothing.
+        /// The version, or empty.
         found: String,
     },
-    /// A clipping plane of the camera that cuts something in view.
+    /// A clipping plane of the camera cuts a visible surface.
     #[error(
         "{name}=\"{value}\" cuts off shape \"{shape}\", which the film has in view at a distance of {} along the \
          optical axis; clipping is not supported: remove from the scene what is not to be seen, or leave {name} out \
@@ -183,28 +183,28 @@ pub enum SceneProblem {
         name: &'static str,
         /// Its value.
         value: String,
-        /// The shape of which most is cut.
+        /// The shape most of which is cut.
         shape: String,
-        /// The distance of its nearest or farthest point in view, along the optical axis.
+        /// The distance of its nearest or farthest visible point, along the optical axis.
         distance: f64,
     },
-    /// A file that includes itself, or one that does.
+    /// A cyclic include.
     #[error("{} includes itself, at once or by way of the files between", path.display())]
     Cycle {
         /// The file.
         path: PathBuf,
     },
-    /// Elements nested without end, or too many.
+    /// Elements nested too deeply, or too many.
     #[error("more than {limit} {what}")]
     Limit {
-        /// What is counted.
+        /// The counted quantity.
         what: &'static str,
-        /// How many there may be.
+        /// The maximum.
         limit: usize,
     },
 }
 
-/// A number with four digits that count, for a message.
+/// A number rounded to four significant digits, for a message.
 fn rounded(x: f64) -> f64 {
     format!("{x:.3e}").parse().unwrap_or(x)
 }

@@ -1,4 +1,4 @@
-//! Reading images.
+//! Image decoding.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -16,9 +16,9 @@ use crate::io::{Error, ImageProblem, files};
 
 /// Reads a PNG, JPEG, BMP, OpenEXR or Radiance HDR image for use as a texture.
 ///
-/// Integers (8 or 16 bits) are sRGB and become linear, unless `raw` is set; floating point values are linear
-/// already. Alpha is left out, grey becomes RGB. An OpenEXR image must have the channels R, G and B, or one, in
-/// no layer or in the only one.
+/// Integers (8 or 16 bits) are converted from sRGB to linear, unless `raw` is set; floating-point values are
+/// already linear. Alpha is dropped, grey becomes RGB. An OpenEXR image must have the channels R, G and B, or
+/// a single one, in no layer or in the only one.
 ///
 /// # Errors
 /// [`Error::File`], or [`Error::Image`]; also for pixels that are not finite.
@@ -34,10 +34,9 @@ pub fn read_image(bytes: &[u8], path: &Path, raw: bool) -> Result<Image, Error> 
     check_finite(decode(bytes, by(raw), None, None).map_err(error(path))?, path)
 }
 
-/// [`load_image`] for a picture that is to be compared with a rendering: what is transparent in it shows
-/// `background`, linear RGB. OpenEXR's colours are taken as multiplied by their alpha, as that format has
-/// it. `encoding` says what integers mean, and `layer` which layer of an OpenEXR image is meant, or which channel,
-/// by the whole of its name.
+/// [`load_image`] for a picture that is compared with a rendering: it is composited over `background`, linear
+/// RGB. OpenEXR colours are premultiplied by alpha, as that format defines. `encoding` is the transfer
+/// function of integers, and `layer` selects a layer of an OpenEXR image, or a channel by its full name.
 ///
 /// # Errors
 /// [`Error::File`], or [`Error::Image`]; also for pixels that are not finite.
@@ -58,7 +57,7 @@ fn check_finite(image: Image, path: &Path) -> Result<Image, Error> {
     }
 }
 
-/// Reads an OpenEXR image as it is: negative values, NaN and infinities are kept.
+/// Reads an OpenEXR image without validation: negative values, NaN and infinities are kept.
 ///
 /// # Errors
 /// [`Error::File`], or [`Error::Image`].
@@ -70,7 +69,7 @@ pub fn read_exr(path: &Path) -> Result<Image, Error> {
     decode(&bytes, by(true), None, None).map_err(error(path))
 }
 
-/// Whether a file can hold that many pixels.
+/// Checks whether a file of this length can hold that many pixels.
 fn check_room(width: usize, height: usize, bytes: &[u8]) -> Result<(), ImageProblem> {
     check_size(width, height)?;
     if width * height <= bytes.len().saturating_mul(MAX_PIXELS_PER_BYTE) {
@@ -80,8 +79,8 @@ fn check_room(width: usize, height: usize, bytes: &[u8]) -> Result<(), ImageProb
     }
 }
 
-/// Checks what the decoder of OpenEXR makes room for and does not check itself: the size of what is stored,
-/// which need not be that of the image, and of tiles.
+/// Checks the sizes for which the OpenEXR decoder allocates without checking them itself: of the stored data
+/// window, which may differ from the image's, and of tiles.
 fn check_exr(bytes: &[u8]) -> Result<(), ImageProblem> {
     let meta = MetaData::read_from_buffered(bytes, false)?;
     for header in &meta.headers {
@@ -95,8 +94,8 @@ fn check_exr(bytes: &[u8]) -> Result<(), ImageProblem> {
     Ok(())
 }
 
-/// What the decoder may take: room for four channels of single precision, and for a colour profile. A PNG
-/// says first how many pixels it has, and may have a profile that a few bytes stand for.
+/// Memory limit of the decoder: four channels of single precision, and a colour profile. A PNG states its
+/// number of pixels first, and its profile may be compressed to a few bytes.
 fn most_memory(bytes: &[u8]) -> u64 {
     const PROFILE: u64 = 1 << 24;
     // The signature, the length and the name of the first chunk; then columns and rows.
@@ -111,7 +110,7 @@ fn most_memory(bytes: &[u8]) -> u64 {
     16 * pixels.min(MAX_PIXELS as u64) + PROFILE
 }
 
-/// Textures are sRGB whatever their file says, as in Mitsuba.
+/// Textures are sRGB whatever their file declares, as in Mitsuba.
 fn by(raw: bool) -> Encoding {
     if raw { Encoding::Linear } else { Encoding::Srgb }
 }
@@ -146,7 +145,8 @@ fn decode(
     let (width, height) = (width as usize, height as usize);
     check_room(width, height, bytes)?;
     let mut pixels: Vec<DVec3> = with_room(width * height, "the pixels")?;
-    // The decoder and the conversion below end the program where there is no room: it is looked for before.
+    // The decoder and the conversion below abort when an allocation fails, so that the memory is checked
+    // first.
     let converted = (width * height).saturating_mul(size_of::<[f32; 4]>());
     let decoded = usize::try_from(decoder.total_bytes()).unwrap_or(usize::MAX);
     drop(with_room::<u8>(decoded.saturating_add(converted), "decoding the pixels")?);
@@ -178,7 +178,7 @@ fn decode(
     Ok(Image { width, height, pixels })
 }
 
-/// Colours are linear, and multiplied by their alpha.
+/// Colours are linear, and premultiplied by alpha.
 fn decode_exr(bytes: &[u8], background: Option<DVec3>, layer: Option<&str>) -> Result<Image, ImageProblem> {
     check_exr(bytes)?;
     let Picture { width, height, pixels: stored, has_alpha } = layers::read(bytes, layer)?;

@@ -1,4 +1,4 @@
-//! Writing images.
+//! Image encoding.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -17,8 +17,8 @@ pub fn write_exr(path: &Path, image: &Image) -> Result<(), Error> {
     write_exr_with_comments(path, image, "")
 }
 
-/// The same, with a text that says what must be known of the image: the attribute `comments` of its header, of which
-/// characters beyond Latin-1 become question marks. An empty text writes none.
+/// `write_exr` with a comment: the attribute `comments` of the header, in which characters beyond Latin-1
+/// become question marks. An empty text writes none.
 ///
 /// # Errors
 /// [`Error::File`], or [`Error::Image`] if the number of pixels is not that of the size.
@@ -41,7 +41,7 @@ pub fn write_exr_with_comments(path: &Path, image: &Image, comments: &str) -> Re
 
 /// Writes radiance as an 8-bit sRGB PNG, atomically: values outside [0, 1] are clamped, NaN is black.
 ///
-/// There is no exposure and no tone curve; scale the image before.
+/// Exposure and tone curve are not applied; scale the image beforehand.
 ///
 /// # Errors
 /// [`Error::File`], or [`Error::Image`] if the number of pixels is not that of the size.
@@ -49,7 +49,7 @@ pub fn write_png(path: &Path, image: &Image) -> Result<(), Error> {
     write_png_with_comments(path, image, "")
 }
 
-/// The same, with a text named "Comment" that says what must be known of the image. An empty text writes none.
+/// `write_png` with a text chunk named "Comment". An empty text writes none.
 ///
 /// # Errors
 /// [`Error::File`], or [`Error::Image`] if the number of pixels is not that of the size.
@@ -66,8 +66,8 @@ fn srgb_bytes(image: &Image) -> Vec<u8> {
     image.pixels.iter().flat_map(|p| p.to_array().map(byte)).collect()
 }
 
-/// Writes images of one size as an animated PNG that repeats, each shown for `milliseconds`, atomically; each as
-/// [`write_png`] has it.
+/// Writes images of equal size as a looping animated PNG, each shown for `milliseconds`, atomically; encoded
+/// as by [`write_png`].
 ///
 /// # Errors
 /// [`Error::File`], or [`Error::Image`] if there are none, or their sizes differ.
@@ -94,7 +94,7 @@ pub fn write_animation(path: &Path, images: &[Image], milliseconds: u16) -> Resu
     files::write_bytes(path, &bytes)
 }
 
-/// Of 8-bit sRGB.
+/// An encoder of 8-bit sRGB.
 fn encoder<'a>(bytes: &'a mut Vec<u8>, image: &Image) -> png::Encoder<'static, &'a mut Vec<u8>> {
     let mut encoder = png::Encoder::new(bytes, image.width as u32, image.height as u32);
     encoder.set_color(png::ColorType::Rgb);
@@ -103,7 +103,7 @@ fn encoder<'a>(bytes: &'a mut Vec<u8>, image: &Image) -> png::Encoder<'static, &
     encoder
 }
 
-/// Writes 8-bit RGB with texts that say what it shows.
+/// Writes 8-bit RGB with text chunks.
 pub(super) fn write_png_bytes(
     path: &Path,
     image: &Image,

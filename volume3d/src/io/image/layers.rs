@@ -1,8 +1,8 @@
-//! OpenEXR pictures of one channel, and those that are one of several layers.
+//! OpenEXR layers and single-channel pictures.
 //!
-//! A channel is called by its layer and its own name, as `ViewLayer.Combined.R`: the layer is what stands before
-//! the last dot, behind the name of the part of the file if that has one. The channels of a layer are a picture
-//! if R, G and B are among them, with an A or without, or if there is but one beside A.
+//! The full name of a channel is its layer and its own name, as `ViewLayer.Combined.R`: the layer is the part
+//! before the last dot, after the name of the part of the file if that has one. The channels of a layer are a
+//! picture if R, G and B are among them, with or without an A, or if there is only one beside A.
 
 use std::io::Cursor;
 
@@ -14,7 +14,7 @@ use super::check_size;
 use crate::io::ImageProblem;
 use crate::io::memory::with_room;
 
-/// A picture in numbers of single precision: R, G, B, and what covers it.
+/// Picture in single precision: R, G, B, and alpha.
 pub(super) struct Picture {
     pub(super) width: usize,
     pub(super) height: usize,
@@ -22,17 +22,17 @@ pub(super) struct Picture {
     pub(super) has_alpha: bool,
 }
 
-/// Channels of one part of a file that are a picture.
+/// Channels of one part of a file that form a picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Layer {
     name: String,
     part: usize,
-    /// Of R, G and B in the part; one three times if there is but one.
+    /// The indices of R, G and B in the part; three equal ones if there is only one channel.
     colours: [usize; 3],
     alpha: Option<usize>,
 }
 
-/// The name of a channel, with that of its part before it unless it begins so.
+/// The full name of a channel, prefixed by that of its part unless it begins with it.
 fn full_name(part: Option<&Text>, channel: &Text) -> String {
     let channel = channel.to_string();
     match part.map(ToString::to_string) {
@@ -43,13 +43,13 @@ fn full_name(part: Option<&Text>, channel: &Text) -> String {
     }
 }
 
-/// All channels of a part by their full names.
+/// The full names of all channels of a part.
 fn names(header: &Header) -> Vec<String> {
     let part = header.own_attributes.layer_name.as_ref();
     header.channels.list.iter().map(|channel| full_name(part, &channel.name)).collect()
 }
 
-/// The layer of a channel, and its name there.
+/// Splits a channel's name into its layer and its name there.
 fn split(name: &str) -> (&str, &str) {
     name.rsplit_once('.').unwrap_or(("", name))
 }
@@ -80,8 +80,8 @@ fn pictures(part: usize, names: &[String]) -> Vec<Layer> {
     layers.into_iter().filter_map(of).collect()
 }
 
-/// The picture that is asked for: a layer, a single channel by its full name, or what is no layer's; or the
-/// only one, or the only one in colours.
+/// Selects the requested picture: a layer, a single channel by its full name, or the channels without a
+/// layer; otherwise the only one, or the only one in colours.
 fn chosen(parts: &[Vec<String>], layer: Option<&str>) -> Result<Layer, ImageProblem> {
     let all: Vec<Layer> = parts.iter().enumerate().flat_map(|(i, names)| pictures(i, names)).collect();
     let in_colours = |layer: &&Layer| layer.colours[0] != layer.colours[1];
@@ -100,8 +100,8 @@ fn chosen(parts: &[Vec<String>], layer: Option<&str>) -> Result<Layer, ImageProb
     })
 }
 
-/// Reads the picture of a layer, or that of the file if it is clear which that is. Outside of what is stored it is
-/// 0. The sizes that the file says are checked before.
+/// Reads the picture of a layer, or that of the file if it is unambiguous. Outside of the data window it is
+/// 0. The declared sizes must have been checked.
 pub(super) fn read(bytes: &[u8], layer: Option<&str>) -> Result<Picture, ImageProblem> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false)?;
     let parts: Vec<Vec<String>> = meta.headers.iter().map(names).collect();
@@ -117,7 +117,7 @@ pub(super) fn read(bytes: &[u8], layer: Option<&str>) -> Result<Picture, ImagePr
     if sampled || header.deep {
         return Err(ImageProblem::Sampling);
     }
-    // All channels are read at once, some in whole numbers.
+    // All channels are read at once, some as integers.
     let stored: usize = (meta.headers.iter())
         .map(|h| h.layer_size.area().saturating_mul(h.channels.list.len()).saturating_mul(size_of::<f32>()))
         .fold(0, usize::saturating_add);
@@ -160,7 +160,7 @@ mod tests {
         vec![names.iter().map(|name| (*name).to_owned()).collect()]
     }
 
-    /// The one without a name before all, then the only one, then the only one in colours.
+    /// Precedence: the one without a name, then the only one, then the only one in colours.
     #[test]
     fn what_is_clear_needs_no_name() {
         let colours = |names: &[&str]| chosen(&file(names), None).map(|l| (l.colours, l.alpha)).ok();
@@ -177,7 +177,8 @@ mod tests {
         assert_eq!(colours(&["X", "Y", "Z"]), None);
     }
 
-    /// By layer, and single channels by all of their name; a name that is not there lists what is.
+    /// Selection by layer, and of single channels by their full name; an unknown name lists the available
+    /// ones.
     #[test]
     fn layers_are_found_by_name() {
         let names = file(&["a.B", "a.G", "a.R", "b.A", "b.B", "b.G", "b.R", "d.Z", "n.X", "n.Y"]);

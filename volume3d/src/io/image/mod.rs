@@ -1,4 +1,4 @@
-//! Images: textures in, radiance and gradients out.
+//! Image files: textures, radiance and gradients.
 
 mod decode;
 mod encode;
@@ -18,10 +18,10 @@ pub use self::transfer::{Encoding, covered};
 use super::{Error, ImageProblem};
 use crate::Image;
 
-/// The largest number of pixels that is read or written: 2²⁸, 6 GiB in memory.
+/// Maximum number of pixels that is read or written: 2²⁸, 6 GiB in memory.
 const MAX_PIXELS: usize = 1 << 28;
 
-/// Whether there is a pixel for every place, and at least one, and not too many.
+/// Checks that the number of pixels matches the size, is not 0, and is not too large.
 fn check(image: &Image) -> Result<(), ImageProblem> {
     let Image { width, height, ref pixels } = *image;
     check_size(width, height)?;
@@ -39,7 +39,7 @@ fn check_size(width: usize, height: usize) -> Result<(), ImageProblem> {
     }
 }
 
-/// Pixels that one byte of a file can hold at most: deflate makes up to 1032 bytes of one, and a byte of a PNG
+/// Maximum number of pixels per byte of a file: deflate expands a byte up to 1032 times, and a byte of a PNG
 /// is up to 8 pixels. The other formats compress less.
 const MAX_PIXELS_PER_BYTE: usize = 1032 * 8;
 
@@ -47,7 +47,7 @@ fn error(path: &Path) -> impl Fn(ImageProblem) -> Error {
     move |problem| Error::Image { path: path.to_path_buf(), problem }
 }
 
-/// The intensity of a linear value in sRGB (IEC 61966-2-1), from [0, 1] to [0, 1].
+/// The sRGB transfer function (IEC 61966-2-1), linear to encoded, from [0, 1] to [0, 1].
 fn to_srgb(x: f64) -> f64 {
     if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 }
 }

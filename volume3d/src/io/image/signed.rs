@@ -1,4 +1,4 @@
-//! Pictures of signed images: gradients, differences.
+//! Visualisation of signed images: gradients, differences.
 
 use std::path::Path;
 
@@ -7,8 +7,8 @@ use super::{check, error};
 use crate::Image;
 use crate::io::Error;
 
-/// The diverging map `RdBu` of Brewer (ColorBrewer 2.0), sRGB bytes, from negative (blue) over zero (white) to
-/// positive (red). Its nodes are interpolated linearly in sRGB.
+/// The diverging map `RdBu` of Brewer (ColorBrewer 2.0), sRGB bytes, from negative (blue) over zero (white)
+/// to positive (red). Its nodes are interpolated linearly in sRGB.
 const COLOURS: [[u8; 3]; 11] = [
     [5, 48, 97],
     [33, 102, 172],
@@ -23,11 +23,11 @@ const COLOURS: [[u8; 3]; 11] = [
     [103, 0, 31],
 ];
 
-/// The colour of NaN: yellow, which the map does not have.
+/// The colour of NaN: yellow, which is not in the map.
 const NOT_A_NUMBER: [u8; 3] = [255, 210, 0];
 
-/// The part of the pixels other than 0 that must lie within the range [`signed_range`] chooses. The others are shown as its
-/// ends: a few bright pixels of a noisy gradient shall not make all others white.
+/// Fraction of the non-zero pixels that must lie within the range chosen by [`signed_range`]. The others are
+/// clamped: a few bright pixels of a noisy gradient must not turn all others white.
 const WITHIN: f64 = 0.995;
 
 /// The sRGB colour of `value` on a scale from −`range` (dark blue) over 0 (white) to `range` (dark red).
@@ -47,8 +47,8 @@ pub fn signed_colour(value: f64, range: f64) -> [u8; 3] {
     [mix(0), mix(1), mix(2)]
 }
 
-/// A range for [`write_signed_png`] that shows an image well: of its pixels whose mean of the channels is finite
-/// and not 0, 99.5% lie within ± it. Zero if there are none.
+/// A range for [`write_signed_png`]: of the pixels whose mean over the channels is finite and not 0, 99.5%
+/// lie within ± the range. Zero if there are none.
 #[must_use]
 pub fn signed_range(image: &Image) -> f64 {
     let mut sizes: Vec<f64> = values(image).map(f64::abs).filter(|x| x.is_finite() && *x != 0.0).collect();
@@ -57,12 +57,12 @@ pub fn signed_range(image: &Image) -> f64 {
     sizes.get(rank.saturating_sub(1)).copied().unwrap_or(0.0)
 }
 
-/// Writes a picture of a signed image as an 8-bit PNG, atomically: of every pixel the mean of its three
-/// channels, on a scale from −`range` (blue) over 0 (white) to `range` (red); see [`signed_colour`].
+/// Writes a visualisation of a signed image as an 8-bit PNG, atomically: the mean of the three channels of
+/// each pixel, on a scale from −`range` (blue) over 0 (white) to `range` (red); see [`signed_colour`].
 ///
-/// The mean, and not the luminance: a gradient weighs what a loss weighs, and most losses weigh the channels
-/// alike. Changes that leave the mean as it is (red turning into blue) are not seen; write the channels apart
-/// to see them. The range stands in the file, in a text named "Range".
+/// The mean is used, and not the luminance, because most losses, and so their gradients, weigh the channels
+/// equally. Changes that keep the mean (red turning into blue) are invisible; write the channels separately
+/// to see them. The range is stored in the file, in a text chunk named "Range".
 ///
 /// # Errors
 /// [`Error::File`], or [`Error::Image`] if the number of pixels is not that of the size.
@@ -70,7 +70,7 @@ pub fn write_signed_png(path: &Path, image: &Image, range: f64) -> Result<(), Er
     write_signed_png_with_comments(path, image, range, "")
 }
 
-/// The same, with a text named "Comment" that says what must be known of the image. An empty text writes none.
+/// `write_signed_png` with a text chunk named "Comment". An empty text writes none.
 ///
 /// # Errors
 /// [`Error::File`], or [`Error::Image`] if the number of pixels is not that of the size.

@@ -1,4 +1,4 @@
-//! How integers of a picture become linear values.
+//! Transfer functions of integer images.
 
 use super::from_srgb;
 use crate::io::ImageProblem;
@@ -6,17 +6,17 @@ use crate::io::ImageProblem;
 /// Transfer function of a picture's integers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Encoding {
-    /// What the file says: of a PNG its chunks cICP, sRGB, iCCP (taken as sRGB) and gAMA, in this order,
-    /// and else sRGB.
+    /// As declared by the file: for a PNG its chunks cICP, sRGB, iCCP (taken as sRGB) and gAMA, in this
+    /// order, otherwise sRGB.
     #[default]
     File,
-    /// sRGB, whatever the file says.
+    /// sRGB, whatever the file declares.
     Srgb,
-    /// They are proportional to light, whatever the file says.
+    /// Linear, whatever the file declares.
     Linear,
 }
 
-/// From [0, 1] to linear values.
+/// Transfer function from [0, 1] to linear values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Transfer {
     Srgb,
@@ -43,7 +43,8 @@ impl Transfer {
     }
 }
 
-/// What the chunks before the pixels of a PNG say (PNG, third edition, 4.3); nothing of other files.
+/// The transfer function declared by the chunks before the pixels of a PNG (PNG, third edition, 4.3); `None`
+/// for other files.
 fn of_png(bytes: &[u8]) -> Result<Option<Transfer>, ImageProblem> {
     let Some(mut rest) = bytes.strip_prefix(b"\x89PNG\r\n\x1a\n") else { return Ok(None) };
     let (mut gamma, mut profile) = (None, false);
@@ -66,16 +67,16 @@ fn of_png(bytes: &[u8]) -> Result<Option<Transfer>, ImageProblem> {
             }
             _ => {}
         }
-        // After the checksum.
+        // Skips the checksum.
         rest = after.get(4..).unwrap_or_default();
     }
     Ok(if profile { Some(Transfer::Srgb) } else { gamma })
 }
 
-/// What of a mask counts: above half of the range, or above 0 where it has the integers 0 and 1 only.
+/// The covered pixels of a mask: above half of the range, or above 0 if it has the integers 0 and 1 only.
 #[must_use]
 pub fn covered(mask: &crate::Image) -> Vec<bool> {
-    // 1 of 8 bits.
+    // The integer 1 of 8 bits.
     const ONE: f64 = 1.0 / 255.0;
     let mean = |p: &glam::DVec3| p.element_sum() / 3.0;
     let largest = mask.pixels.iter().map(mean).fold(0.0, f64::max);

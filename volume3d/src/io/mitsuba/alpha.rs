@@ -1,26 +1,26 @@
-//! The roughness α of facets: a number, or textures, along u and across it.
+//! Microfacet roughness α: a number, or textures, along u and across it.
 //!
-//! α = 0 is the ideal boundary, and α between 0 and 10⁻⁴ is that, as in Mitsuba.
+//! α = 0 is the ideal (specular) boundary, and so is α between 0 and 10⁻⁴, as in Mitsuba.
 
 use super::object::Object;
 use super::reader::Reader;
 use crate::io::Error;
 use crate::scene::{Microfacets, Roughness};
 
-/// Mitsuba's roughness where none is given.
+/// Mitsuba's default roughness.
 const DEFAULT_ALPHA: f64 = 0.1;
-/// The least α of facets, Mitsuba's as well.
+/// Minimum α of microfacets, as in Mitsuba.
 const LEAST_ALPHA: f64 = 1e-4;
 
-/// The facets of a material, and textures that their α along u and across it are multiplied by.
+/// Microfacets of a material, and texture factors of their α along u and across it.
 #[derive(Default)]
 pub(super) struct Alpha {
-    /// Nothing for an ideal boundary.
+    /// `None` for an ideal boundary.
     pub(super) facets: Option<Roughness>,
     pub(super) textures: [Option<usize>; 2],
 }
 
-/// What is given for one α.
+/// The value given for one α.
 #[derive(Clone, Copy, PartialEq)]
 enum Given {
     Number(f64),
@@ -46,7 +46,7 @@ impl Given {
 
 impl<'a> Reader<'a> {
     pub(super) fn alpha(&mut self, object: &Object<'a>) -> Result<Alpha, Error> {
-        // Changes noise only.
+        // Affects noise only.
         object.boolean("sample_visible")?;
         let distribution = match object.choice("distribution", &["beckmann", "ggx"], "beckmann or ggx")? {
             Some(1) => Microfacets::Ggx,
@@ -87,7 +87,7 @@ impl<'a> Reader<'a> {
             let expected = "a number of at least 0";
             return Ok(object.number_where(name, expected, |alpha| alpha >= 0.0)?.map(Given::Number));
         };
-        // What its coating lets through is of one α.
+        // The transmittance of its coating is computed for one α.
         if object.plugin == "roughplastic" {
             let what = format!("a textured {name} of {}", object.plugin);
             return Err(element.unsupported(what, "give a number; Mitsuba takes no texture there either"));

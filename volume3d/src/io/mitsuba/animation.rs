@@ -1,4 +1,4 @@
-//! Transforms that move: an `<animation>` is what it is when the shutter is open.
+//! Animated transforms: an `<animation>` is evaluated at the time of the shutter.
 
 use glam::{DMat3, DMat4, DQuat, DVec3};
 
@@ -8,11 +8,11 @@ use super::transform;
 use super::values::number;
 use crate::io::Error;
 
-/// What to do about one that moves while the shutter is open.
+/// Advice for an object that moves while the shutter is open.
 const STOPPED: &str =
     "give shutter_open and shutter_close one value, or read leniently, at the middle of the two";
 
-/// Puts `<transform>`s in the place of all `<animation>`s, as they are at the time of the first sensor's shutter.
+/// Replaces all `<animation>`s by `<transform>`s, evaluated at the time of the first sensor's shutter.
 pub(super) fn stop(root: &mut Element, journal: &Journal) {
     if !has_animation(root) {
         return;
@@ -72,7 +72,7 @@ fn stopped(element: &Element, (open, close): (f64, f64), journal: &Journal) -> R
     Ok(transform)
 }
 
-/// The transforms of an animation, and when they are reached, in the order of time.
+/// The keyframes of an animation, sorted by time.
 fn keys(element: &Element) -> Result<Vec<(f64, DMat4)>, Error> {
     element.check_attributes(&["name"])?;
     let mut keys = vec![];
@@ -102,8 +102,9 @@ fn keys(element: &Element) -> Result<Vec<(f64, DMat4)>, Error> {
     Ok(keys)
 }
 
-/// Part of the way from one transform to another, each taken apart to a stretch, a turn and a shift (Shoemake and Duff 1992): shift and
-/// stretch are interpolated linearly, and the turn by the shortest way.
+/// Interpolation between two transforms, each decomposed into a stretch, a rotation and a translation
+/// (Shoemake and Duff 1992): translation and stretch are interpolated linearly, and the rotation by the
+/// shortest way.
 fn between(first: &DMat4, second: &DMat4, part: f64) -> DMat4 {
     let [(s, p, a), (t, q, b)] = [first, second].map(|m| {
         let linear = DMat3::from_mat4(*m);
@@ -115,8 +116,8 @@ fn between(first: &DMat4, second: &DMat4, part: f64) -> DMat4 {
     DMat4::from_translation(shift) * DMat4::from_quat(p.slerp(q, part)) * DMat4::from_mat3(stretch)
 }
 
-/// The rotation nearest to a map, the orthogonal part of its polar decomposition, by Newton's iteration Q ← (Q + Q⁻ᵀ)/2 (Higham 1986). Of a
-/// map that mirrors the mirror is left to the stretch.
+/// The rotation nearest to a map, the orthogonal part of its polar decomposition, by Newton's iteration Q ←
+/// (Q + Q⁻ᵀ)/2 (Higham 1986). For a map with a reflection, the reflection is left to the stretch.
 fn rotation_of(linear: DMat3) -> DMat3 {
     const STEPS: usize = 60;
     let mut q = if linear.determinant() < 0.0 { linear * -1.0 } else { linear };
@@ -134,7 +135,7 @@ fn rotation_of(linear: DMat3) -> DMat3 {
 mod tests {
     use super::*;
 
-    /// Halfway between two turns about an axis is half the turn, whatever is stretched and shifted meanwhile.
+    /// Halfway between two rotations about an axis is half the angle, whatever the stretch and translation.
     #[test]
     fn turns_are_by_their_angle() {
         let at = |angle: f64, scale: DVec3, x: f64| {

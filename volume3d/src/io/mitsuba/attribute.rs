@@ -1,8 +1,8 @@
-//! Textures that are attributes of a mesh: numbers at its vertices or faces.
+//! Mesh attributes as textures: numbers at vertices or faces.
 //!
-//! Such a texture is an image with four texels a triangle, two by two, and the mesh has texture coordinates of its own for it: a
-//! corner each at three of them. With the fourth in the plane of the three, what is interpolated between the four is what is
-//! interpolated between the corners, exactly.
+//! Such a texture is an image with four texels a triangle, two by two, and the mesh has separate texture
+//! coordinates for it: three of the texels are the corners. With the fourth in the plane of the three,
+//! bilinear interpolation of the four equals the interpolation between the corners, exactly.
 
 use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;
@@ -14,19 +14,19 @@ use super::object::Ids;
 use crate::Image;
 use crate::geometry::Attribute;
 
-/// What is refused, and what to do instead.
+/// The refused feature, and the alternative.
 pub(super) const BESIDE_TEXTURES: &str = "a mesh_attribute beside textures of other kinds";
 pub(super) const ALONE: &str = "give the surface attributes, or images, but not both";
 
-/// A file of a mesh, and its triangles by the vertices of the file.
+/// A mesh file, and its triangles by the vertices of the file.
 pub(super) struct Attributes {
     pub(super) path: PathBuf,
     pub(super) bytes: Vec<u8>,
     pub(super) triangles: Vec<[u32; 3]>,
 }
 
-/// The elements that have an attribute within, at once or by what they refer to: those that lead to one, found backwards from
-/// it, so that each is looked at once whatever refers to what.
+/// The elements that contain an attribute, directly or by reference, found backwards from the attributes, so
+/// that each is visited once.
 pub(super) fn asking(root: &Element, ids: &Ids<'_>) -> HashSet<*const Element> {
     let is_attribute =
         |element: &Element| element.tag == "texture" && element.attribute("type") == Some("mesh_attribute");
@@ -60,7 +60,7 @@ pub(super) fn asking(root: &Element, ids: &Ids<'_>) -> HashSet<*const Element> {
     asking
 }
 
-/// How many triangles have their texels beside one another.
+/// The number of triangles whose texels are side by side in a row.
 fn columns(triangles: usize) -> usize {
     (triangles as f64).sqrt().ceil().max(1.0) as usize
 }
@@ -71,13 +71,13 @@ fn texels(triangle: usize, columns: usize) -> [[usize; 2]; 3] {
     [[x, y], [x + 1, y], [x, y + 1]]
 }
 
-/// Columns and rows of the image for so many triangles.
+/// Columns and rows of the image for `triangles` triangles.
 fn size(triangles: usize) -> [usize; 2] {
     let columns = columns(triangles);
     [2 * columns, 2 * triangles.div_ceil(columns).max(1)]
 }
 
-/// The texture coordinates of a mesh for its attributes, all of them.
+/// The texture coordinates of a mesh for all of its attributes.
 pub(super) fn coordinates(triangles: usize) -> Attribute<DVec2> {
     let [width, height] = size(triangles);
     let place = |[x, y]: [usize; 2]| {
@@ -107,7 +107,7 @@ pub(super) fn image(corners: impl ExactSizeIterator<Item = [DVec3; 3]>) -> Image
 mod tests {
     use super::*;
 
-    /// Between the texels of a triangle is what is between its corners, however the triangles lie.
+    /// The interpolation between the texels of a triangle equals that between its corners, for any layout.
     #[test]
     fn an_image_has_what_the_corners_have() {
         let value = |k: usize, corner: usize| DVec3::new(k as f64, corner as f64, (k * corner) as f64);

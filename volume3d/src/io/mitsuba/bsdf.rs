@@ -11,14 +11,14 @@ use super::support;
 use crate::io::{Error, ImageProblem, SceneProblem};
 use crate::scene::{Alias, Blend, Bsdf, Material, Reflectance, Relief, Roughness, Value};
 
-/// Mitsuba's diffuse reflectance where none is given.
+/// Mitsuba's default diffuse reflectance.
 pub(super) const DEFAULT_REFLECTANCE: f64 = 0.5;
-/// What to do where one part of a mixture has two sides.
+/// Advice for a two-sided part of a mixture.
 const AROUND_BOTH: &str = "put it around the blendbsdf, or around both parts";
-/// How many materials may be within one another.
+/// Maximum nesting depth of materials.
 const MOST_WITHIN: usize = 16;
 
-/// What light passes in a straight line, or does not pass.
+/// Materials that transmit light straight or block it.
 const FILTERS: [&str; 4] = ["null", "polarizer", "circular", "retarder"];
 
 impl<'a> Reader<'a> {
@@ -77,7 +77,7 @@ impl<'a> Reader<'a> {
         let passed = passed(&object)?;
         let (bsdf, roughness_textures) = self.bsdf(&object)?;
         if let Some(passed) = passed {
-            // Light passes what is not there; the rest is black.
+            // The rest of the light is absorbed.
             opacity = Some(Reflectance::Constant(DVec3::splat(1.0 - passed)));
         }
         let blend = blend.map(|(weight, other)| Blend { other, weight });
@@ -112,13 +112,13 @@ impl<'a> Reader<'a> {
         Ok(material)
     }
 
-    /// Whether a material may be one of two.
+    /// Whether a material may be part of a blend.
     fn is_plain(&self, index: usize) -> bool {
         let Material { opacity, relief, back, .. } = &self.materials[index];
         opacity.is_none() && relief.is_none() && back.is_none()
     }
 
-    /// How much there is of the second material of two. Which it is is not known yet.
+    /// The weight of the second material of a blend. The order of the materials is not yet known here.
     fn blend_weight(&mut self, object: &Object<'a>) -> Result<(Value, usize), Error> {
         let weight = match object.parameter("weight") {
             None => return Err(object.missing("weight")),
@@ -136,7 +136,7 @@ impl<'a> Reader<'a> {
         Ok((weight, 0))
     }
 
-    /// The material of a shape without one, as in Mitsuba: grey on one side, or black if the shape emits.
+    /// The default material of a shape, as in Mitsuba: one-sided grey, or black if the shape emits.
     pub(super) fn default_material(&mut self, emits: bool) -> usize {
         if let Some(index) = self.default_materials[usize::from(emits)] {
             return index;
@@ -150,7 +150,7 @@ impl<'a> Reader<'a> {
         *self.default_materials[usize::from(emits)].insert(self.materials.len() - 1)
     }
 
-    /// The model, and textures of its roughness.
+    /// The BSDF, and textures of its roughness.
     fn bsdf(&mut self, object: &Object<'a>) -> Result<(Bsdf, [Option<usize>; 2]), Error> {
         let alpha = match object.plugin {
             "roughconductor" | "roughdielectric" | "roughplastic" | "pplastic" => self.alpha(object)?,
@@ -185,7 +185,7 @@ impl<'a> Reader<'a> {
             _ => return Err(object.unknown_plugin("bsdf", support::BSDFS)),
         };
         object.finish()?;
-        // What is no boundary has no facets either.
+        // A BSDF without a boundary has no microfacets.
         let textures = if bsdf.facets().is_some() { alpha.textures } else { [None; 2] };
         Ok((bsdf, textures))
     }
@@ -224,7 +224,7 @@ impl<'a> Reader<'a> {
         Ok(Reflectance::Texture(index))
     }
 
-    /// That all texels of a texture are between 0 and some number.
+    /// Checks that all texels of a texture are between 0 and a maximum.
     pub(super) fn check_texels(&mut self, element: &Element, index: usize, most: f64) -> Result<(), Error> {
         let within = |c: DVec3| c.min_element() >= 0.0 && c.max_element() <= most;
         let texture = &self.textures[index];
@@ -246,8 +246,8 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// How much of the light passes one of [`FILTERS`]; nothing of other materials. Light is unpolarised: a polariser halves it, and
-/// a retarder does nothing to it.
+/// The transmittance of one of [`FILTERS`]; `None` for other materials. Light is unpolarised: a polariser
+/// halves it, and a retarder does not change it.
 fn passed(object: &Object<'_>) -> Result<Option<f64>, Error> {
     let most = match object.plugin {
         "null" => return Ok(Some(1.0)),
@@ -270,7 +270,7 @@ fn passed(object: &Object<'_>) -> Result<Option<f64>, Error> {
     Ok(Some(most * transmittance.x))
 }
 
-/// The material within another, and the second one if it takes two.
+/// The nested material, and the second one of a plugin that takes two.
 fn parts<'a>(object: &Object<'a>) -> Result<(&'a Element, Option<&'a Element>), Error> {
     let expected =
         if object.plugin == "blendbsdf" { 2..=2 } else { 1..=1 + usize::from(object.plugin == "twosided") };
@@ -287,7 +287,7 @@ fn parts<'a>(object: &Object<'a>) -> Result<(&'a Element, Option<&'a Element>), 
     }
 }
 
-/// The texture within a relief, which may be the same everywhere.
+/// The texture nested in a bump or normal map, which may be constant.
 fn nested_texture<'a>(object: &Object<'a>) -> Result<Option<&'a Element>, Error> {
     match object.at_most_one("<texture>")? {
         Some(texture) => Ok(Some(texture)),
@@ -295,11 +295,11 @@ fn nested_texture<'a>(object: &Object<'a>) -> Result<Option<&'a Element>, Error>
     }
 }
 
-/// η and k; 0 and 1, which reflect everything, unless given.
+/// η and k; the default, 0 and 1, reflects everything.
 pub(super) fn index_of_refraction(object: &Object<'_>) -> Result<(DVec3, DVec3), Error> {
     let material = object.string("material")?;
     let (eta, k) = (object.colour("eta")?, object.colour("k")?);
-    // Versions before 2 have the index of what is around.
+    // Versions before 2 give the exterior index.
     let outside = object.positive("ext_eta")?.unwrap_or(1.0);
     if let Some(name) = material.filter(|name| !name.trim().eq_ignore_ascii_case("none")) {
         if eta.is_some() || k.is_some() {

@@ -1,9 +1,9 @@
-//! The clipping planes of a camera, by which nothing is cut.
+//! Clipping planes of a camera, accepted only if they cut nothing.
 //!
-//! A plane would end surfaces in a jump of the image that belongs to no edge of a mesh. No such jump is modelled:
-//! where a plane cuts off nothing that the film has in view it has no effect, and elsewhere the scene is refused. Only
-//! what the camera itself may see counts, as mirrors and later bounces are not cut. Whether something else hides it
-//! is not looked at.
+//! A plane would end surfaces in a discontinuity of the image that belongs to no edge of a mesh. Such
+//! discontinuities are not modelled: a plane that cuts nothing in the film's view has no effect, and
+//! otherwise the scene is refused. Only primary visibility counts, as mirrors and later bounces are not
+//! clipped. Occlusion is not considered.
 
 use glam::{DVec2, DVec3};
 
@@ -12,25 +12,25 @@ use super::object::Object;
 use crate::io::{Error, SceneProblem};
 use crate::scene::{Camera, Film, Shape};
 
-/// Mitsuba's near plane, where none is given.
+/// Mitsuba's default near plane.
 const DEFAULT_NEAR: f64 = 1e-2;
 
-/// What covers less of the film, in pixels², only touches it: rounding leaves as much.
+/// Area on the film, in pixels², below which a cut is attributed to rounding.
 const TOUCHES: f64 = 1e-9;
 
-/// The planes that a sensor gives, `near_clip` first.
+/// The planes of a sensor, `near_clip` first.
 #[derive(Debug, Default)]
 pub(super) struct Clips<'a>([Option<Clip<'a>>; 2]);
 
-/// A plane across the optical axis.
+/// A plane perpendicular to the optical axis.
 #[derive(Debug)]
 struct Clip<'a> {
     name: &'static str,
     element: &'a Element,
     distance: f64,
-    /// How far the camera stands behind the sensor that distances are told from.
+    /// The distance of the camera behind the sensor from which distances are measured.
     behind: f64,
-    /// 1 if it cuts what is farther away, −1 if it cuts what is nearer.
+    /// 1 for a far plane, −1 for a near plane.
     sign: f64,
 }
 
@@ -50,8 +50,9 @@ impl<'a> Clips<'a> {
         }
     }
 
-    /// Those of an orthographic sensor, before a camera that stands some way behind it. Nothing behind the sensor is seen: it
-    /// has a near plane in any case. As in Mitsuba, that is scaled with the sensor, and the distance between the two is not.
+    /// The planes of an orthographic sensor, whose camera stands behind it. Nothing behind the sensor is
+    /// visible: it has a near plane in any case. As in Mitsuba, that is scaled with the sensor, and the
+    /// distance between the two is not.
     pub(super) fn of_sensor(self, element: &'a Element, scale: f64, behind: f64) -> Self {
         let [near, far] = self.0;
         let near =
@@ -65,12 +66,12 @@ impl<'a> Clips<'a> {
         )
     }
 
-    /// How far away the far plane is, if there is one.
+    /// The distance of the far plane, if there is one.
     pub(super) fn far(&self) -> Option<f64> {
         self.0.iter().flatten().find(|clip| clip.sign > 0.0).map(|clip| clip.distance)
     }
 
-    /// Refuses a scene of which a plane cuts something in view.
+    /// Refuses a scene if a plane cuts a visible surface.
     pub(super) fn check(&self, camera: &Camera, film: &Film, shapes: &[Shape]) -> Result<(), Error> {
         let view = View::new(camera, film);
         self.0.iter().flatten().try_for_each(|clip| clip.check(&view, shapes))
@@ -82,7 +83,7 @@ impl Clip<'_> {
         self.element.attribute("value").unwrap_or("default")
     }
 
-    /// Names the shape of which most is cut.
+    /// The error names the shape most of which is cut.
     fn check(&self, view: &View<'_>, shapes: &[Shape]) -> Result<(), Error> {
         let mut worst: Option<(f64, &Shape)> = None;
         for shape in shapes {
@@ -105,7 +106,7 @@ impl Clip<'_> {
     }
 }
 
-/// What the pixels of a film take in, in the frame of the camera: x to the right, y up, z into the scene.
+/// View volume of a film, in the frame of the camera: x to the right, y up, z into the scene.
 struct View<'a> {
     camera: &'a Camera,
     /// x ≥ left · z and so on.
@@ -121,7 +122,7 @@ impl<'a> View<'a> {
     fn new(camera: &'a Camera, film: &Film) -> Self {
         let [width, height] = [film.width, film.height].map(|n| n as f64);
         let pixel = 2.0 * (0.5 * camera.field_of_view).tan() / width;
-        // How far a filter reaches beyond the border of its pixel.
+        // The reach of the filter beyond the border of its pixel.
         let margin = film.filter.radius() - 0.5;
         let tall = pixel / camera.pixel_aspect;
         let centre = (camera.principal_point + 0.5) * DVec2::new(width, height);
@@ -145,7 +146,7 @@ impl<'a> View<'a> {
         DVec3::new(offset.dot(*right), offset.dot(*up), offset.dot(*forward))
     }
 
-    /// How far what is in view of a triangle goes beyond a plane, if it does.
+    /// The distance by which the visible part of a triangle exceeds a plane, if it does.
     fn excess(&self, corners: [DVec3; 3], distance: f64, sign: f64) -> Option<f64> {
         let beyond = |p: DVec3| sign * (p.z - distance);
         if corners.iter().all(|&p| beyond(p) <= 0.0) {
@@ -154,7 +155,7 @@ impl<'a> View<'a> {
         let mut polygon = corners.to_vec();
         clip(&mut polygon, beyond);
         clip(&mut polygon, |p| p.z);
-        // What a lens sees beside: through its points, whose image planes are shifted.
+        // The additional view of a lens: through its points, whose image planes are shifted.
         let beside = |z: f64| self.camera.lens.map_or(0.0, |l| l.radius * (1.0 + z / l.focus_distance));
         clip(&mut polygon, |p| p.x - self.left * p.z + beside(p.z));
         clip(&mut polygon, |p| self.right * p.z - p.x + beside(p.z));
@@ -164,9 +165,9 @@ impl<'a> View<'a> {
         (self.area(&polygon) > TOUCHES && excess > 0.0).then_some(excess)
     }
 
-    /// The pixels² that a polygon in view covers.
+    /// The area of a visible polygon in pixels².
     fn area(&self, polygon: &[DVec3]) -> f64 {
-        // Only a corner at the pinhole itself is not in front, of a polygon seen from its edge.
+        // Only a corner at the pinhole itself is not in front, of a polygon seen edge-on.
         let seen = |p: &DVec3| p.truncate() / (self.pixel * p.z.max(f64::MIN_POSITIVE));
         let Some(first) = polygon.first().map(seen) else { return 0.0 };
         let pairs = polygon.iter().zip(polygon.iter().skip(1));
@@ -175,7 +176,7 @@ impl<'a> View<'a> {
     }
 }
 
-/// Cuts off a convex polygon where `inside`, which is affine, is negative (Sutherland and Hodgman).
+/// Clips a convex polygon where `inside`, which is affine, is negative (Sutherland and Hodgman).
 fn clip(polygon: &mut Vec<DVec3>, inside: impl Fn(DVec3) -> f64) {
     let corners = std::mem::take(polygon);
     for (i, &b) in corners.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Curves with a thickness: the shapes `bsplinecurve` and `linearcurve`, as meshes.
+//! Curves with radii: the shapes `bsplinecurve` and `linearcurve`, as meshes.
 
 use std::f64::consts::TAU;
 
@@ -11,19 +11,21 @@ use super::transform;
 use crate::geometry::{Attribute, Mesh, MeshError, Normals};
 use crate::io::{At, Error, MeshProblem, Place};
 
-/// Segments of a circle, so that no point is farther than [`TOLERANCE`](crate::geometry::TOLERANCE) times the radius from its mesh.
+/// Segments of a circle, so that no point is farther than [`TOLERANCE`](crate::geometry::TOLERANCE) times the
+/// radius from its mesh.
 const AROUND: u32 = 72;
-/// The most vertices of all curves of a scene.
+/// Maximum number of vertices of all curves of a scene.
 const MOST_VERTICES: usize = 1 << 21;
-/// What of a sphere is hidden by a cone begins so far within the cone, in radii, so that the two meshes leave no gap.
+/// Overlap of spheres and cones, in radii, so that the two meshes leave no gap.
 const MARGIN: f64 = 0.1;
 
-/// A mesh has more vertices than it may have.
+/// A mesh exceeds the maximum number of vertices.
 #[derive(Debug, PartialEq, Eq)]
 struct TooMany;
 
 impl<'a> Reader<'a> {
-    /// The mesh of the curves in a file, where they stand: `to_world` moves control points and leaves radii as they are.
+    /// The mesh of the curves in a file, in world space: `to_world` transforms control points and keeps
+    /// radii.
     pub(super) fn curves(&mut self, object: &Object<'a>) -> Result<Mesh, Error> {
         let element = object.element;
         let name = object.string("filename")?.ok_or_else(|| object.missing("filename"))?;
@@ -62,22 +64,23 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Where u = 0 and u = ¼ are around a curve of a direction, as Mitsuba has it.
+/// The directions u = 0 and u = ¼ around a curve, as in Mitsuba.
 fn frame(direction: DVec3) -> [DVec3; 2] {
     let across = DVec3::Z - direction * direction.z;
     let quarter = across.try_normalize().unwrap_or(DVec3::Y);
     [quarter.cross(direction), quarter]
 }
 
-/// A circle of vertices: the first of them, where each is around the curve, and how far along it all are.
+/// A circle of vertices: the index of the first, the position of each around the curve, and the position of
+/// all along it.
 struct Ring {
     first: u32,
     turns: Vec<f64>,
     along: f64,
 }
 
-/// A cone that touches the spheres around two knots: its direction, and the sine of the angle between that and its side. None if
-/// one sphere is within the other.
+/// The cone tangent to the spheres around two knots: its direction, and the sine of the angle between that
+/// and its side. `None` if one sphere is within the other.
 fn cone(a: &Knot, b: &Knot) -> Option<(DVec3, f64)> {
     let line = b.position - a.position;
     let sine = (a.radius - b.radius) / line.length();
@@ -86,7 +89,7 @@ fn cone(a: &Knot, b: &Knot) -> Option<(DVec3, f64)> {
 
 /// Vertices with normals, and texture coordinates of corners.
 struct Patch {
-    /// How many vertices it may have.
+    /// Maximum number of vertices.
     most: usize,
     positions: Vec<DVec3>,
     normals: Vec<DVec3>,
@@ -106,9 +109,9 @@ impl Patch {
         if self.positions.len() > self.most { Err(TooMany) } else { Ok(()) }
     }
 
-    /// A tube along a curve, open at its ends. Its texture coordinate v goes on from other curves.
+    /// Adds a tube along a curve, open at its ends. Its texture coordinate v continues that of other curves.
     fn spline(&mut self, curve: &[Knot], before: usize, segments: usize) -> Result<(), TooMany> {
-        // Each ring is the one before, tilted: rings are not twisted against each other.
+        // Each ring is the tilted previous one: rings are not twisted against each other.
         let mut side: Option<DVec3> = None;
         let mut last: Option<Ring> = None;
         for (index, window) in curve.windows(4).enumerate() {
@@ -139,7 +142,8 @@ impl Patch {
         Ok(())
     }
 
-    /// Cones that touch the spheres around their ends, and what they do not hide of those spheres.
+    /// Adds cones tangent to the spheres around their ends, and the parts of those spheres that the cones do
+    /// not hide.
     fn cones(
         &mut self,
         curve: &[Knot],
@@ -211,7 +215,7 @@ impl Patch {
         Ring { first, turns, along }
     }
 
-    /// What is between two rings.
+    /// Triangulates the band between two rings.
     fn band(&mut self, a: &Ring, b: &Ring) {
         for j in 0..AROUND {
             let next = (j + 1) % AROUND;
@@ -243,7 +247,7 @@ impl Patch {
     }
 }
 
-/// The part of a turn from one direction towards another, in [0, 1).
+/// The fraction of a turn from one direction towards another, in [0, 1).
 fn turn(radial: DVec3, zero: DVec3, quarter: DVec3) -> f64 {
     (radial.dot(quarter).atan2(radial.dot(zero)) / TAU).rem_euclid(1.0)
 }
@@ -317,7 +321,8 @@ mod tests {
         assert!((ends.0 + 0.5).abs() < 1e-3 && (ends.1 - 2.5).abs() < 1e-3, "{ends:?}");
     }
 
-    /// Of spheres only is there what no cone hides: of one between two cones in line, a strip about the circle they share.
+    /// The parts of spheres hidden by cones are omitted: a sphere between two cones in line leaves a strip
+    /// about their common circle.
     #[test]
     fn hidden_parts_of_spheres_are_left_out() {
         let count = |text: &str| {
@@ -333,12 +338,12 @@ mod tests {
         assert!(three.0 - two.0 < 144 + 3 * sphere.positions().len() / 10, "{two:?} {three:?}");
         // A point has no sphere.
         assert_eq!(count("0 0 0 0\n2 0 0 0"), (144, 144));
-        // Of a sphere within another all is there, as nothing is between them.
+        // A sphere within another is kept whole, as there is no cone between them.
         let sizes = (2 * sphere.positions().len(), 2 * sphere.triangles().len());
         assert_eq!(count("0 0 0 1\n.5 0 0 .1"), sizes);
     }
 
-    /// No mesh has more vertices than it may have, or a knot's more.
+    /// Meshes stop at the maximum number of vertices, exceeded by at most one knot's.
     #[test]
     fn meshes_end_where_they_may() {
         let text = "0 0 0 .1\n1 .2 0 .3\n1.5 1 .4 .2\n1 2 1 .4\n0 2.5 2 .1\n";

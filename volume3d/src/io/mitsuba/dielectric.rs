@@ -1,4 +1,4 @@
-//! Materials with a dielectric boundary, and the indices of refraction that have names.
+//! Dielectric materials and named indices of refraction.
 
 use glam::DVec3;
 
@@ -35,15 +35,15 @@ const INDICES: [(&str, f64); 23] = [
     ("diamond", 2.419),
 ];
 
-/// How an index may be given.
+/// Accepted forms of an index.
 const EXPECTED: &str = "a number, or vacuum, helium, hydrogen, air, carbon dioxide, water, acetone, ethanol, carbon tetrachloride, glycerol, benzene, silicone oil, bromine, water ice, fused quartz, pyrex, acrylic glass, polypropylene, bk7, sodium chloride, amber, pet or diamond";
 
-/// What stands for the inside of glass and of plastic where none is given.
+/// Default interior index of glass and of plastic.
 pub(super) const GLASS: f64 = 1.5046;
 const PLASTIC: f64 = 1.49;
 
 impl<'a> Reader<'a> {
-    /// One whose light is scattered once or again and again; without a boundary, its base.
+    /// Plastic with single or multiple internal scattering; without a boundary, its base.
     pub(super) fn plastic(
         &mut self,
         object: &Object<'a>,
@@ -78,13 +78,13 @@ impl<'a> Reader<'a> {
         if eta == 1.0 && facets.is_some() {
             object.note("int_ior is ext_ior: there is no boundary, and light passes in a straight line");
         }
-        // Facets refract no direction into itself.
+        // Without a change of index microfacets do not refract.
         let facets = facets.filter(|_| eta != 1.0);
         Ok(Dielectric { eta, facets, specular_reflectance, specular_transmittance })
     }
 }
 
-/// A factor on what is reflected, the same everywhere.
+/// A constant factor of the specular reflection.
 fn specular(object: &Object<'_>) -> Result<DVec3, Error> {
     let colour = object.colour("specular_reflectance")?.unwrap_or(DVec3::ONE);
     if colour.min_element() >= 0.0 && colour.max_element() <= 1.0 {
@@ -93,7 +93,7 @@ fn specular(object: &Object<'_>) -> Result<DVec3, Error> {
     Err(object.element.bad_value("specular_reflectance", &colour.to_string(), "numbers between 0 and 1"))
 }
 
-/// `int_ior` over `ext_ior`, by number or name; the outside is air unless given.
+/// `int_ior` over `ext_ior`, by number or name; the exterior defaults to air.
 pub(super) fn relative_index(object: &Object<'_>, inside: f64) -> Result<f64, Error> {
     let inside = index(object, "int_ior")?.unwrap_or(inside);
     let outside = index(object, "ext_ior")?.unwrap_or(1.000_277);

@@ -1,4 +1,4 @@
-//! A scene file with all that it includes, `$name` replaced, and older versions brought to the newest.
+//! Scene document: a scene file with its includes, `$name`s substituted and older versions upgraded.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -16,14 +16,14 @@ use super::variables::{MOST_TEXT, Problem, Variables};
 use crate::io::error::excerpt;
 use crate::io::{At, Error, Place, SceneProblem};
 
-/// Files may include files this deep, as in Mitsuba.
+/// Maximum depth of includes, as in Mitsuba.
 const MAX_INCLUDES: usize = 15;
-/// Elements may be nested this deep; scenes need six.
+/// Maximum nesting of elements; scenes need six.
 const MAX_DEPTH: usize = 64;
-/// Elements there may be, so that a file that includes itself twice does not fill the memory.
+/// Maximum number of elements, so that a file that includes itself twice does not exhaust the memory.
 const MAX_ELEMENTS: usize = 1_000_000;
 
-/// A scene with all that it includes.
+/// A scene with all its includes.
 #[derive(Debug)]
 pub(super) struct Document {
     pub(super) root: Element,
@@ -61,7 +61,7 @@ impl Document {
         Ok(Self { root, folders, journal, aliases })
     }
 
-    /// Everything with an id.
+    /// All elements with an id.
     pub(super) fn by_id(&self) -> Result<HashMap<&str, &Element>, Error> {
         let mut ids = HashMap::new();
         collect_ids(&self.root, &mut ids)?;
@@ -99,7 +99,7 @@ struct Builder<'a> {
     journal: Rc<Journal>,
     aliases: Vec<Element>,
     elements: usize,
-    /// The file that is read, after those that include it.
+    /// The current file, after those that include it.
     opened: Vec<PathBuf>,
 }
 
@@ -204,7 +204,7 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// Replaces the name of a file of wavelengths and values, two numbers a line, by its content.
+    /// Replaces the name of a spectrum file, with a wavelength and a value per line, by its content.
     fn spectrum(&self, element: &mut Element) -> Result<(), Error> {
         let name = element.required("filename")?;
         let (path, bytes) = element.open(name, &self.folders, self.open)?;
@@ -227,7 +227,7 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// A folder in which files are looked for.
+    /// Adds a search folder.
     fn path(&mut self, element: &Element) -> Result<(), Error> {
         element.check_attributes(&["value"])?;
         element.check_childless()?;
@@ -237,7 +237,7 @@ impl Builder<'_> {
         Err(element.error(SceneProblem::Limit { what: "folders to look for files in", limit: MOST_FOLDERS }))
     }
 
-    /// Puts what is in the root of another scene in the place of the element; or the root, if it is no scene.
+    /// Replaces the element by the children of another scene's root; or by the root, if it is not a scene.
     fn include(&mut self, element: &Element, to: &mut Vec<Element>, includes: usize) -> Result<(), Error> {
         element.check_attributes(&["filename", "name"])?;
         element.check_childless()?;
@@ -270,7 +270,7 @@ impl Builder<'_> {
     }
 }
 
-/// A file that is read.
+/// The file being read.
 struct File<'a> {
     path: Arc<Path>,
     lines: Lines<'a>,
@@ -278,7 +278,7 @@ struct File<'a> {
     is_old: bool,
 }
 
-/// Finds lines and columns of places that come in their order.
+/// Line and column look-up for increasing positions.
 struct Lines<'a> {
     text: &'a str,
     offset: usize,

@@ -9,10 +9,10 @@ use super::folders::Folders;
 use crate::io::error::excerpt;
 use crate::io::{At, Error, Place, SceneProblem};
 
-/// How other files are read.
+/// Callback that reads other files.
 pub(super) type Open<'a> = &'a dyn Fn(&Path) -> std::io::Result<Vec<u8>>;
 
-/// An element: its attributes and children, and where it stands.
+/// XML element: its attributes, children and location.
 #[derive(Debug)]
 pub(super) struct Element {
     pub(super) tag: String,
@@ -21,7 +21,7 @@ pub(super) struct Element {
     file: Arc<Path>,
     line: usize,
     column: usize,
-    /// Where the file was found that it names.
+    /// The path of the file that it references, once found.
     found: OnceCell<PathBuf>,
 }
 
@@ -31,7 +31,7 @@ impl Element {
         Self { tag, attributes: vec![], children: vec![], file, line, column, found: OnceCell::new() }
     }
 
-    /// An element in the place of this one.
+    /// A new element at the location of this one.
     pub(super) fn another(&self, tag: &str, attributes: &[(&str, String)]) -> Self {
         let mut element = Self::new(tag, &self.file, (self.line, self.column));
         element.attributes =
@@ -39,7 +39,7 @@ impl Element {
         element
     }
 
-    /// The same element again.
+    /// A copy of the element.
     pub(super) fn copy(&self) -> Self {
         let mut element = Self::new(&self.tag, &self.file, (self.line, self.column));
         element.attributes.clone_from(&self.attributes);
@@ -47,7 +47,7 @@ impl Element {
         element
     }
 
-    /// The file it stands in.
+    /// The file that contains it.
     pub(super) fn file(&self) -> &Arc<Path> {
         &self.file
     }
@@ -62,7 +62,7 @@ impl Element {
         self.tag == other.tag && is_value(self) && is_value(other) && self.attributes == other.attributes
     }
 
-    /// An attribute that must be given.
+    /// A required attribute.
     pub(super) fn required(&self, attribute: &'static str) -> Result<&str, Error> {
         let missing = || SceneProblem::MissingAttribute { tag: self.tag.clone(), attribute };
         self.attribute(attribute).ok_or_else(|| self.error(missing()))
@@ -73,7 +73,7 @@ impl Element {
         self.children.iter().find(|c| c.attribute("name") == Some(name))?.attribute("value")
     }
 
-    /// Refuses all attributes but these.
+    /// Refuses all other attributes.
     pub(super) fn check_attributes(&self, known: &[&str]) -> Result<(), Error> {
         match self.attributes.iter().find(|(name, _)| !known.contains(&name.as_str())) {
             None => Ok(()),
@@ -113,18 +113,18 @@ impl Element {
         self.error(SceneProblem::Unsupported { what: what.into(), instead })
     }
 
-    /// An error in a file that this element names.
+    /// An error in a file that this element references.
     pub(super) fn referenced(&self, source: Error) -> Error {
         Error::Referenced { place: self.place(), source: Box::new(source) }
     }
 
-    /// Where the file was found that this element names; before it is looked for, a place beside the one it stands in.
+    /// The path of the referenced file; before it is searched, a path next to the file of this element.
     pub(super) fn beside(&self, name: &str) -> PathBuf {
         let beside = || self.file.parent().unwrap_or(Path::new("")).join(name);
         self.found.get().cloned().unwrap_or_else(beside)
     }
 
-    /// Finds and reads a file that this element names.
+    /// Finds and reads a file that this element references.
     pub(super) fn open(
         &self,
         name: &str,

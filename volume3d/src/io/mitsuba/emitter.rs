@@ -11,7 +11,7 @@ use super::{spot, transform};
 use crate::io::{Error, ImageProblem, SceneProblem};
 use crate::scene::{Environment, Light, Wrap};
 
-/// The radiance of an emitter within a shape, and a texture that it is multiplied by.
+/// The radiance of a shape's emitter, and its texture factor.
 pub(super) fn area<'a>(
     reader: &mut Reader<'a>,
     object: &Object<'a>,
@@ -72,7 +72,7 @@ pub(super) fn light<'a>(reader: &mut Reader<'a>, element: &'a Element) -> Result
 
 fn map<'a>(reader: &mut Reader<'a>, object: &Object<'a>, id: String) -> Result<Environment, Error> {
     let scale = object.float_where("scale", "a number of at least 0", |x| x >= 0.0)?.unwrap_or(1.0);
-    // Changes noise only.
+    // Affects noise only.
     object.boolean("mis_compensation")?;
     let to_world = match object.affine("to_world")? {
         Some((element, map)) => transform::orthogonal(element, &map)?,

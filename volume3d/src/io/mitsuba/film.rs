@@ -1,20 +1,20 @@
-//! Films and their filters.
+//! Films and reconstruction filters.
 
 use super::object::{Ids, Object};
 use super::support;
 use crate::io::Error;
 use crate::scene::{Crop, Film, Filter};
 
-/// The largest number of columns and of rows, so that their product is a sound size.
+/// Maximum number of columns and of rows, so that their product does not overflow.
 const MAX_SIDE: i64 = 1 << 16;
-/// Mitsuba's film, where no size is given.
+/// Mitsuba's default film size.
 pub(super) const DEFAULT_SIZE: (usize, usize) = (768, 576);
 
 pub(super) fn film_of_size((width, height): (usize, usize)) -> Film {
     Film { width, height, crop: None, sample_border: false, filter: Filter::Gaussian { deviation: 0.5 } }
 }
 
-/// A film, of another size if one is given.
+/// Reads a film, optionally with another size.
 pub(super) fn film<'a>(
     object: &Object<'a>,
     ids: &Ids<'a>,
@@ -47,14 +47,14 @@ pub(super) fn film<'a>(
         let instead = "leave out the size, or the crop";
         return Err(object.element.unsupported("another size of a film that is cropped", instead));
     }
-    // Colours are rendered whatever a file of the image would hold.
+    // Colours are rendered whatever the pixel format.
     if let Some(format) = object.string("pixel_format")?
         && !matches!(format, "rgb" | "rgba")
     {
         object.note(format!("pixel_format \"{format}\" is read as rgb"));
     }
     let mut filters = object.nested("<rfilter>");
-    // The filter along time changes nothing of the image of light at all times.
+    // A temporal filter does not change the steady-state image.
     filters.retain(|element| element.attribute("name") != Some("tfilter"));
     match filters[..] {
         [] => {}

@@ -1,8 +1,8 @@
-//! Where the files that a scene names are looked for.
+//! Search path for files referenced by a scene.
 
 use std::path::{Path, PathBuf};
 
-/// Folders that a scene may name, so that a file that includes itself does not fill the memory.
+/// Maximum number of folders, so that a file that includes itself does not exhaust the memory.
 pub(super) const MOST_FOLDERS: usize = 64;
 
 /// The folders of a scene: those of `<path>`, the last first, and that of the main file.
@@ -14,8 +14,8 @@ impl Folders {
         Self(vec![folder(main)])
     }
 
-    /// Adds the folder that a `<path>` in `file` names, wherever it may be: nothing tells whether it exists but the
-    /// files that are found there. False if there are too many.
+    /// Adds the folder that a `<path>` in `file` names, wherever it may be: nothing tells whether it exists
+    /// but the files that are found there. False if there are too many.
     pub(super) fn add(&mut self, name: &str, file: &Path) -> bool {
         for base in [self.0.clone(), vec![folder(file)]].concat().iter().rev() {
             let path = base.join(name);
@@ -26,8 +26,8 @@ impl Folders {
         self.0.len() <= MOST_FOLDERS
     }
 
-    /// Where a file that is named in `file` may be, the likeliest place first. Names of other systems may have
-    /// backslashes.
+    /// Candidate paths of a file referenced in `file`, in order of precedence. Names from other systems may
+    /// have backslashes.
     pub(super) fn candidates(&self, name: &str, file: &Path) -> Vec<PathBuf> {
         let mut paths: Vec<PathBuf> = vec![];
         let slashed = name.replace('\\', "/");

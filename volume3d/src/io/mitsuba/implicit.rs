@@ -12,10 +12,10 @@ use crate::scene::{ImplicitShape, ImplicitSurface, Placement};
 use crate::sdf::network::{Architecture, Network};
 use crate::sdf::{BakeError, Baked, Grid, Guided, Interpolation};
 
-/// The most cells of a network's grid, which takes 8 GB.
+/// Maximum number of cells of a network's grid, which takes 8 GB.
 const MOST_CELLS: i64 = 1024;
 
-/// How grids are interpolated, by their names in files.
+/// Names of interpolations in files.
 const INTERPOLATIONS: [(&str, Interpolation); 2] =
     [("cubic", Interpolation::Cubic), ("trilinear", Interpolation::Trilinear)];
 
@@ -43,7 +43,7 @@ impl<'a> Reader<'a> {
         self.implicit(element, object, ImplicitSurface::new(grid))
     }
 
-    /// A network on a grid, or the network itself.
+    /// A network on a grid, or traced directly.
     pub(super) fn sdf_network(&mut self, element: &'a Element, object: &Object<'a>) -> Result<(), Error> {
         let network = match object.string("filename")? {
             Some(name) => {
@@ -64,7 +64,7 @@ impl<'a> Reader<'a> {
         self.implicit(element, object, surface)
     }
 
-    /// A surface where it stands.
+    /// Places a surface.
     fn implicit(
         &mut self,
         element: &'a Element,
@@ -97,19 +97,19 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The corners between which a surface has a grid.
+/// The corners of a surface's grid.
 fn corners(object: &Object<'_>) -> Result<(DVec3, DVec3), Error> {
     Ok((object.vector("low")?.unwrap_or(DVec3::NEG_ONE), object.vector("high")?.unwrap_or(DVec3::ONE)))
 }
 
-/// How many cells a grid has along its longest side, at least so many.
+/// The number of cells along the longest side of a grid, with a minimum.
 fn cells(object: &Object<'_>, least: i64, usual: usize) -> Result<usize, Error> {
     let expected = if least == 0 { "0 to 1024 cells" } else { "1 to 1024 cells" };
     let cells = object.integer_in("cells", least..=MOST_CELLS, expected)?;
     Ok(cells.map_or(usual, |cells| cells as usize))
 }
 
-/// A network that nobody has trained: about a ball.
+/// An untrained network: geometric initialisation to a ball.
 fn new_network(element: &Element, object: &Object<'_>) -> Result<Network, Error> {
     let usual = Architecture::default();
     let size = |name, range: std::ops::RangeInclusive<i64>, expected, usual: usize| {

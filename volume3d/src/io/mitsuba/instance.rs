@@ -1,4 +1,4 @@
-//! Groups of shapes, and copies of them.
+//! Shape groups and instances.
 
 use glam::DAffine3;
 
@@ -10,7 +10,7 @@ use crate::io::{Error, SceneProblem};
 use crate::scene::{Instances, Placement};
 
 impl<'a> Reader<'a> {
-    /// Nothing by itself: what instances copy.
+    /// A shape group creates nothing by itself; instances copy it.
     pub(super) fn shape_group(object: &Object<'a>) -> Result<(), Error> {
         object.nested("<shape>").into_iter().try_for_each(check_member)?;
         object.finish()
@@ -45,7 +45,7 @@ impl<'a> Reader<'a> {
             self.shape(member)
         });
         if let Err(error) = read.and_then(|()| group.finish()) {
-            // A part of a group is no copy of it.
+            // An incomplete copy of a group is removed.
             self.shapes.truncate(first);
             self.implicits.truncate(first_implicit);
             return Err(error);

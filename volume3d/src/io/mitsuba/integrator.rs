@@ -1,4 +1,4 @@
-//! Integrators: all that compute the light that paths carry, in whatever way.
+//! Integrators: all light-transport integrators are accepted.
 
 use super::element::Element;
 use super::object::{Ids, Object};
@@ -6,16 +6,16 @@ use super::support;
 use crate::io::Error;
 use crate::scene::Integrator;
 
-/// `max_depth` of Mitsuba's differentiating integrators, where none is given.
+/// Default `max_depth` of Mitsuba's differentiating integrators.
 const DEFAULT_PRB_DEPTH: usize = 6;
 
-/// Integrators that hold another one whose image they show.
+/// Integrators that wrap another one and show its image.
 const AROUND: [&str; 6] = ["moment", "aov", "stokes", "transientstokes", "adaptive", "irrcache"];
 
-/// How many integrators may be within one another.
+/// Maximum nesting depth of integrators.
 const MOST_WITHIN: usize = 16;
 
-/// Integrators that see surfaces only, whatever is between them.
+/// Integrators that ignore media.
 const SEE_SURFACES: [&str; 10] = [
     "path",
     "direct",
@@ -42,7 +42,7 @@ pub(super) fn sees_media(element: &Element) -> bool {
     }
 }
 
-/// An integrator, and whether it hides what emits from the camera.
+/// The integrator, and whether it hides emitters from the camera.
 pub(super) fn integrator<'a>(object: &Object<'a>, ids: &Ids<'a>) -> Result<(Integrator, bool), Error> {
     integrator_within(object, ids, MOST_WITHIN)
 }

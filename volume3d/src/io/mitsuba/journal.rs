@@ -1,4 +1,4 @@
-//! What is told about a scene besides what it holds: notes of how it was read, and all that is refused.
+//! Journal of a reader: notes and errors.
 
 use std::cell::RefCell;
 use std::collections::HashSet;
@@ -7,16 +7,16 @@ use std::fmt;
 use super::element::Element;
 use crate::io::{Error, Place};
 
-/// Something about a scene that was read in another way than it may have been meant, and how.
+/// Note on an interpretation that may differ from the intended one.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Note {
     /// The element.
     pub place: Place,
-    /// What was done with it.
+    /// The interpretation.
     pub text: String,
-    /// Whether derivatives by the geometry of a shape are those of something else than what the file says.
+    /// Whether geometric derivatives refer to something other than the file's shape.
     pub is_geometric: bool,
-    /// Whether the image is another one than Mitsuba's: such a note is for every run.
+    /// Whether the image differs from Mitsuba's: such a note is shown in every run.
     pub changes_image: bool,
 }
 
@@ -26,14 +26,14 @@ impl fmt::Display for Note {
     }
 }
 
-/// Notes and refusals, in the order in which they come up, each once.
+/// Notes and errors, in order of occurrence, without duplicates.
 #[derive(Debug, Default)]
 pub(super) struct Journal {
-    /// Whether what is refused is left out or replaced, and noted.
+    /// Whether unsupported parts are omitted or replaced, with a note.
     pub(super) is_lenient: bool,
     notes: RefCell<Vec<Note>>,
     problems: RefCell<Vec<Error>>,
-    /// The same for looking up: there may be as many as elements.
+    /// The set of notes, for look-up: there may be as many as elements.
     noted: RefCell<HashSet<Note>>,
     refused: RefCell<HashSet<String>>,
 }
@@ -52,13 +52,13 @@ impl Journal {
         });
     }
 
-    /// A note on what makes the image another one than Mitsuba's.
+    /// Adds a note on a difference from Mitsuba's image.
     pub(super) fn note_image(&self, element: &Element, text: impl Into<String>) {
         let place = element.place();
         self.push(Note { place, text: text.into(), is_geometric: false, changes_image: true });
     }
 
-    /// A note on what the geometry of a shape is.
+    /// Adds a note on the geometry of a shape.
     pub(super) fn note_shape(&self, element: &Element, text: impl Into<String>) {
         self.push(Note {
             place: element.place(),
@@ -74,15 +74,15 @@ impl Journal {
         }
     }
 
-    /// A refusal that does not keep the rest from being looked at.
+    /// Records an error and lets reading continue.
     pub(super) fn refuse(&self, error: Error) {
-        // The same material may be asked for by many shapes.
+        // Many shapes may use the same material.
         if self.refused.borrow_mut().insert(error.to_string()) {
             self.problems.borrow_mut().push(error);
         }
     }
 
-    /// A value; or nothing, with a refusal, or leniently with a note of what is done `instead`.
+    /// The value; or `None`, with an error, or leniently with a note of what is done `instead`.
     pub(super) fn accept<T>(&self, result: Result<T, Error>, element: &Element, instead: &str) -> Option<T> {
         let error = match result {
             Ok(value) => return Some(value),
@@ -96,7 +96,7 @@ impl Journal {
         None
     }
 
-    /// What has been noted; or what was refused.
+    /// The notes; or the errors, if any.
     pub(super) fn close(&self) -> Result<Vec<Note>, Error> {
         let mut problems = self.problems.take();
         match problems.len() {

@@ -44,8 +44,8 @@ impl<'a> Reader<'a> {
         material
     }
 
-    /// Refuses a material with texels out of range that a shape would show: where such a texture has been written, only the mesh
-    /// that it was made for shows none of them.
+    /// Refuses a material with texels out of range that a shape would show: where such a texture has been
+    /// written, only the mesh that it was made for shows none of them.
     pub(super) fn check_seen(
         &self,
         element: &Element,

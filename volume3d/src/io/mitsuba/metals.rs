@@ -7,9 +7,10 @@ use crate::io::Error;
 
 /// A name, η and k in linear RGB.
 ///
-/// Measured n and k (Palik 1985 where a name says so, else those of the SOPRA database, as luxpop.com collects both),
-/// converted as spectra of [`Meaning::Index`](super::spectrum::Meaning) are: under D65, by the observer of 1931. An
-/// approximation: reflectance depends on η and k wavelength by wavelength, and three means do not give the mean of it.
+/// Measured n and k (Palik 1985 where a name says so, else those of the SOPRA database, as luxpop.com
+/// collects both), converted as spectra of [`Meaning::Index`](super::spectrum::Meaning) are: under D65, by
+/// the observer of 1931. An approximation: reflectance depends on η and k wavelength by wavelength, and three
+/// means do not give the mean of it.
 const METALS: &[(&str, [f64; 3], [f64; 3])] = &[
     ("Ag", [0.15528, 0.11673, 0.13839], [4.82835, 3.12222, 2.14690]),
     ("Al", [1.65750, 0.88040, 0.52124], [9.22381, 6.26950, 4.83700]),

@@ -1,18 +1,20 @@
 //! Scenes of Mitsuba, all versions.
 //!
-//! What is understood means what it means in Mitsuba 3 (version 3.9, RGB variants); whatever is not understood is an error
-//! with its line, be it a plugin or a single parameter, and all errors are told at once. What is read in another way than it
-//! may have been meant is [noted](Note). Nothing is dropped in silence.
+//! Supported elements have the meaning of Mitsuba 3 (version 3.9, RGB variants); an unsupported plugin or
+//! parameter is an error with its line, and all errors are reported together. Interpretations that may not be
+//! intended are [noted](Note). Nothing is dropped silently.
 //!
 #![doc = include_str!("support.md")]
 //!
-//! - `sdfgrid` has `filename`, a `to_world` without shear, and two of our own: `interpolation`, `cubic` unless it is
-//!   `trilinear`, which Mitsuba's is and which biases gradients, and `use_grid_bbox`, the file's box in place of [0, 1]³; or
-//!   without a file, of our own, a ball of a `radius` in `cells` (16) between `low` and `high` (−1 and 1).
+//! - `sdfgrid` has `filename`, a `to_world` without shear, and two of our own: `interpolation`, `cubic`
+//!   unless it is `trilinear`, which Mitsuba's is and which biases gradients, and `use_grid_bbox`, the file's
+//!   box in place of [0, 1]³; or without a file, of our own, a ball of a `radius` in `cells` (16) between
+//!   `low` and `high` (−1 and 1).
 //! - `sdfnetwork`, of our own, is a [network](crate::sdf::network) with `filename` (safetensors), [on a
-//!   grid](crate::sdf::Baked) of `cells` (64) between `low` and `high` (−1 and 1), or [itself](crate::sdf::Guided) with that as a guide if `itself`
-//!   is true, a hundred times slower, or without any with 0 cells, slower still; `to_world` as above. Without a file it is a new one, about a ball: `hidden` (4), `width` (64), `sharpness` (100),
-//!   `frequencies` (0), `radius` (0.5), `seed`.
+//!   grid](crate::sdf::Baked) of `cells` (64) between `low` and `high` (−1 and 1), or
+//!   [itself](crate::sdf::Guided) with that as a guide if `itself` is true, a hundred times slower, or
+//!   without any with 0 cells, slower still; `to_world` as above. Without a file it is a new one, about a
+//!   ball: `hidden` (4), `width` (64), `sharpness` (100), `frequencies` (0), `radius` (0.5), `seed`.
 //!
 //! `default`, `$name`, `include`, `path`, `alias`, `ref` and all transforms are understood. Files are looked
 //! for in the folders of `<path>`, the last first, then beside the main file, then beside the file that names
@@ -22,8 +24,8 @@
 //!
 //! # Deviations from Mitsuba
 //!
-//! [`guide::deviations`](crate::guide::deviations) lists all that means something else here, with its size, and what is
-//! refused; a test of this reader has a scene for each.
+//! [`guide::deviations`](crate::guide::deviations) lists all that means something else here, with its size,
+//! and what is refused; a test of this reader has a scene for each.
 
 mod alpha;
 mod animation;
@@ -85,13 +87,13 @@ use self::variables::Variables;
 use super::{Error, files};
 use crate::scene::Description;
 
-/// How a scene is read.
+/// Options of the scene reader.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ReadOptions {
-    /// Values for the `$name`s of the scene, which go before its `<default>`s.
+    /// Values for the `$name`s of the scene, which take precedence over its `<default>`s.
     pub variables: Vec<(String, String)>,
-    /// Columns and rows of the film, in the place of those that the scene gives. The field of view stays what it is along the
-    /// axis to which the scene's `fov` refers.
+    /// Columns and rows of the film, instead of those in the scene. The field of view is kept along the axis
+    /// to which the scene's `fov` refers.
     pub size: Option<(usize, usize)>,
     /// Whether what is not supported is replaced or left out, with a [`Note`] each, in the place of an error:
     /// a material by a grey diffuse one or by its diffuse part, metal by metal and glass by glass with what
@@ -108,7 +110,7 @@ pub fn load_scene(path: &Path) -> Result<Description, Error> {
     load_scene_with(path, &[])
 }
 
-/// [`load_scene`] with values for the `$name`s of the scene, which go before its `<default>`s.
+/// [`load_scene`] with values for the `$name`s of the scene, which take precedence over its `<default>`s.
 ///
 /// # Errors
 /// [`Error`], with the line; also if a name does not occur.
@@ -116,8 +118,8 @@ pub fn load_scene_with(path: &Path, variables: &[(String, String)]) -> Result<De
     read_scene(&files::read(path)?, path, variables, &|path| files::read_bytes(path))
 }
 
-/// [`load_scene_with`] from memory. `path` is for messages, and other files are looked for beside it;
-/// `open` reads them.
+/// [`load_scene_with`] from memory. `path` is for messages, and other files are searched next to it; `open`
+/// reads them.
 ///
 /// # Errors
 /// [`Error`], with the line.
@@ -131,10 +133,10 @@ pub fn read_scene(
     read_scene_with(bytes, path, &options, open).map(|(description, _)| description)
 }
 
-/// [`read_scene`], with notes of what was read in another way than it may have been meant.
+/// [`read_scene`], with notes on interpretations that may not be intended.
 ///
 /// # Errors
-/// [`Error::Several`] with all that is refused, each with file, line and column, or the one.
+/// [`Error::Several`] with all errors, each with file, line and column, or the single error.
 pub fn read_scene_with(
     bytes: &[u8],
     path: &Path,

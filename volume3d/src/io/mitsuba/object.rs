@@ -1,4 +1,4 @@
-//! A plugin with its parameters, which must all be asked for.
+//! Plugin instance with its parameters, all of which must be queried.
 
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
@@ -31,7 +31,7 @@ const VALUES: [&str; 12] = [
     "texture",
 ];
 
-/// Elements by their ids, and what is told of them.
+/// Elements by id, and the journal.
 pub(super) struct Ids<'a> {
     elements: HashMap<&'a str, &'a Element>,
     pub(super) journal: Rc<Journal>,
@@ -53,8 +53,8 @@ impl<'a> Ids<'a> {
 
 /// An element that creates something, with what it contains.
 ///
-/// Everything in it is to be asked for by its name or kind; [`finish`](Self::finish) refuses the rest. So what
-/// an error lists as supported is what is read.
+/// Everything in it must be queried by name or kind; [`finish`](Self::finish) refuses the rest. The supported
+/// parameters listed in an error are therefore exactly those that are read.
 pub(super) struct Object<'a> {
     pub(super) element: &'a Element,
     /// The type; empty for the scene.
@@ -65,9 +65,9 @@ pub(super) struct Object<'a> {
 }
 
 struct Child<'a> {
-    /// What stands in the file.
+    /// The element in the file.
     element: &'a Element,
-    /// What it means: another element if it is a reference.
+    /// Its target: another element if it is a reference.
     target: &'a Element,
     used: Cell<bool>,
 }
@@ -85,7 +85,7 @@ impl<'a> Object<'a> {
             if let Some(name) = child.attribute("name")
                 && let Some(first) = names.insert(name, child)
             {
-                // An old and a new name may both be given, and become one.
+                // An old and a new name may both be given, and are merged.
                 if first.says_the_same(child) {
                     ids.journal.note(child, format!("{name} was given before, with the same value"));
                     continue;
@@ -114,7 +114,7 @@ impl<'a> Object<'a> {
         }
     }
 
-    /// Tells how this object was read.
+    /// Notes how this object was read.
     pub(super) fn note(&self, text: impl Into<String>) {
         self.journal.note(self.element, text);
     }
@@ -173,7 +173,7 @@ impl<'a> Object<'a> {
         self.float_where(name, "a finite number", |_| true)
     }
 
-    /// A number of which something more is demanded.
+    /// A number with an additional condition.
     pub(super) fn float_where(
         &self,
         name: &'static str,
@@ -187,8 +187,7 @@ impl<'a> Object<'a> {
         if holds(number) { Ok(Some(number)) } else { Err(element.bad_value(name, value, expected)) }
     }
 
-    /// The same of a number that may be a texture: `<float>`, or a texture that is the same everywhere, of a
-    /// colour its luminance.
+    /// A number that may be a texture: `<float>`, or a constant texture, a colour by its luminance.
     pub(super) fn number_where(
         &self,
         name: &'static str,
@@ -235,7 +234,7 @@ impl<'a> Object<'a> {
         }
     }
 
-    /// A boolean of which one value is supported, the one where none is given.
+    /// A boolean of which only the default value is supported.
     pub(super) fn boolean_that_is(&self, name: &'static str, value: bool) -> Result<(), Error> {
         match self.boolean(name)? {
             Some(found) if found != value => {
@@ -273,8 +272,7 @@ impl<'a> Object<'a> {
         values::vector(element, 0.0).map(Some)
     }
 
-    /// A colour that is the same everywhere, linear RGB. What a spectrum is converted by depends on what it is a spectrum
-    /// of: see [`Meaning`].
+    /// A constant colour, linear RGB. The conversion of a spectrum depends on its meaning: see [`Meaning`].
     pub(super) fn colour(&self, name: &'static str) -> Result<Option<DVec3>, Error> {
         let tags = ["rgb", "float", "integer", "spectrum", "srgb", "blackbody"];
         let expected = "<rgb>, <float> or <spectrum>";
@@ -336,7 +334,7 @@ impl<'a> Object<'a> {
         }
     }
 
-    /// Refuses what has not been asked for.
+    /// Refuses everything that was not queried.
     pub(super) fn finish(&self) -> Result<(), Error> {
         let mut refused = None;
         for child in self.children.iter().filter(|c| !c.used.get()) {
@@ -358,7 +356,7 @@ impl<'a> Object<'a> {
         refused.map_or(Ok(()), Err)
     }
 
-    /// What is wrong with a parameter or element that has not been asked for.
+    /// The error for a parameter or element that was not queried.
     fn unasked(&self, child: &Child<'a>) -> Error {
         let asked = self.asked.borrow();
         let list = |are_tags: bool| {
@@ -397,7 +395,7 @@ fn dereference<'a>(reference: &'a Element, ids: &Ids<'a>) -> Result<&'a Element,
     reference.check_childless()?;
     let id = reference.required("id")?;
     ids.elements.get(id).copied().ok_or_else(|| {
-        /// How many ids a message lists.
+        /// Maximum number of ids in a message.
         const SHOWN: usize = 20;
         let mut known: Vec<&str> = ids.elements.keys().copied().collect();
         known.sort_unstable();

@@ -1,8 +1,9 @@
-//! Orthographic sensors, as perspective ones from far away.
+//! Orthographic sensors, approximated by distant perspective cameras.
 //!
-//! The camera stands behind the sensor by [`FAR`] times half its width. Its rays are parallel to within 1/FAR, and what is a
-//! depth z before the sensor is seen smaller by z/(FAR w), w half the width: with a depth of ten widths, by two thousandths. Images
-//! and derivatives are those of that camera, which turns about the sensor.
+//! The camera stands behind the sensor by [`FAR`] times half its width. Its rays are parallel to within
+//! 1/FAR, and objects at a depth z in front of the sensor appear smaller by z/(FAR w), w half the width: with
+//! a depth of ten widths, by two thousandths. Images and derivatives are those of that camera, which turns
+//! about the sensor.
 
 use glam::{DAffine3, DVec2, DVec3};
 
@@ -11,13 +12,13 @@ use super::object::Object;
 use crate::io::Error;
 use crate::scene::Camera;
 
-/// How far the camera stands behind the sensor, by half the sensor's width.
+/// Distance of the camera behind the sensor, in half widths of the sensor.
 const FAR: f64 = 1e4;
 
-/// How far axes may be from orthogonal. Matrices are often written with five or six digits.
+/// Tolerance of orthogonality of the axes. Matrices are often written with five or six digits.
 const TOLERANCE: f64 = 1e-4;
 
-/// The film takes in [−1, 1] along x, in the frame of `to_world`, and as much along y as its shape says.
+/// The film covers [−1, 1] along x, in the frame of `to_world`, and along y by its aspect ratio.
 pub(super) fn camera<'a>(object: &Object<'a>) -> Result<(Camera, Clips<'a>), Error> {
     let (element, map) = object.affine("to_world")?.unwrap_or((object.element, DAffine3::IDENTITY));
     let m = map.matrix3;

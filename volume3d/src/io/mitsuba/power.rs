@@ -1,11 +1,11 @@
-//! How bright emitters are.
+//! Radiant quantities of emitters.
 
 use glam::DVec3;
 
 use super::object::Object;
 use crate::io::Error;
 
-/// A colour of at least 0; Mitsuba's is 1 where none is given.
+/// A colour of at least 0; the default is 1, as in Mitsuba.
 pub(super) fn radiant(object: &Object<'_>, name: &'static str) -> Result<DVec3, Error> {
     if let Some(texture) = object.parameter(name).filter(|element| element.tag == "texture") {
         let what = format!("a textured {name}");

@@ -1,4 +1,4 @@
-//! The principled materials.
+//! Principled materials.
 
 use super::bsdf;
 use super::object::Object;
@@ -6,10 +6,10 @@ use super::reader::Reader;
 use crate::io::Error;
 use crate::scene::{Bsdf, Principled, PrincipledThin, Value};
 
-/// Mitsuba's roughness, and its `specular` where neither that nor `eta` is given.
+/// Mitsuba's default roughness, and its default `specular` if `eta` is not given either.
 const DEFAULT_ROUGHNESS: f64 = 0.5;
 const DEFAULT_SPECULAR: f64 = 0.5;
-/// Mitsuba's index of refraction of a sheet.
+/// Mitsuba's default index of refraction of a thin sheet.
 const DEFAULT_SHEET_ETA: f64 = 1.5;
 
 impl<'a> Reader<'a> {
@@ -17,7 +17,7 @@ impl<'a> Reader<'a> {
         for rate in
             ["diffuse_reflectance_sampling_rate", "main_specular_sampling_rate", "clearcoat_sampling_rate"]
         {
-            // Changes noise only.
+            // Affects noise only.
             object.float(rate)?;
         }
         let spec_trans = self.weight(object, "spec_trans")?;
@@ -44,7 +44,7 @@ impl<'a> Reader<'a> {
             "specular_reflectance_sampling_rate",
             "specular_transmittance_sampling_rate",
         ] {
-            // Changes noise only.
+            // Affects noise only.
             object.float(rate)?;
         }
         Ok(Bsdf::PrincipledThin(PrincipledThin {
@@ -65,7 +65,7 @@ impl<'a> Reader<'a> {
         self.value(object, name, 0.0, 1.0)
     }
 
-    /// A number between 0 and the most that it may be, or a texture of such.
+    /// A number between 0 and a maximum, or a texture of such numbers.
     fn value(
         &mut self,
         object: &Object<'a>,
@@ -87,13 +87,13 @@ fn value_in(object: &Object<'_>, name: &'static str, most: f64) -> Result<Option
     object.number_where(name, expected, |x| (0.0..=most).contains(&x))
 }
 
-/// The index of refraction, by itself or by `specular`: η = 2/(1 − √(0.08 s)) − 1.
+/// The index of refraction, given directly or by `specular`: η = 2/(1 − √(0.08 s)) − 1.
 fn index(object: &Object<'_>, passes: bool) -> Result<f64, Error> {
     let specular =
         object.float_where("specular", "a number between 0 and 1", |x| (0.0..=1.0).contains(&x))?;
     match (object.positive("eta")?, specular) {
         (Some(_), Some(_)) => Err(object.conflict("eta", "specular")),
-        // As in Mitsuba, a boundary that refracts has to be one.
+        // As in Mitsuba, a refracting boundary needs η ≠ 1.
         (Some(eta), None) if eta == 1.0 && passes => Ok(1.001),
         (Some(eta), None) => Ok(eta),
         (None, specular) => {

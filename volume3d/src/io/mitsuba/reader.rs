@@ -1,4 +1,4 @@
-//! What has been read of a scene.
+//! State of the scene reader.
 
 use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;
@@ -12,19 +12,19 @@ use super::object::Ids;
 use crate::io::{Error, SceneProblem};
 use crate::scene::{Alias, Environment, ImplicitShape, Instances, Light, Material, Medium, Shape, Texture};
 
-/// What has been read so far. Materials and textures may be shared: they are found again by their element.
+/// Objects read so far. Materials and textures may be shared: they are found again by their element.
 pub(super) struct Reader<'a> {
     pub(super) document: &'a Document,
     pub(super) open: Open<'a>,
     pub(super) journal: Rc<Journal>,
     pub(super) ids: Ids<'a>,
     names: HashSet<String>,
-    /// How many materials are being read, each within the one before.
+    /// The current nesting depth of materials.
     pub(super) within: usize,
-    /// How many vertices the curves have so far.
+    /// The number of vertices of all curves so far.
     pub(super) curve_vertices: usize,
     pub(super) textures: Vec<Texture>,
-    /// Textures by their element, and by whether they give numbers.
+    /// Textures by their element, and by whether they hold numbers.
     pub(super) texture_of: HashMap<(*const Element, bool), usize>,
     pub(super) materials: Vec<Material>,
     pub(super) material_of: HashMap<*const Element, usize>,
@@ -36,19 +36,19 @@ pub(super) struct Reader<'a> {
     pub(super) implicits: Vec<ImplicitShape>,
     pub(super) lights: Vec<Light>,
     pub(super) environment: Option<Environment>,
-    /// Shapes that were copied as one.
+    /// Shapes copied together.
     pub(super) instances: Vec<Instances>,
-    /// Names of what is within materials.
+    /// Names of materials nested in others.
     pub(super) aliases: Vec<Alias>,
-    /// Whether the integrator would see media.
+    /// Whether the integrator supports media.
     pub(super) sees_media: bool,
-    /// The elements with an attribute within.
+    /// The elements that contain an attribute.
     pub(super) asking: HashSet<*const Element>,
-    /// The mesh of whose attributes textures are made now.
+    /// The mesh whose attributes are currently converted to textures.
     pub(super) attributes: Option<Attributes>,
-    /// The textures that were made of attributes.
+    /// The textures converted from attributes.
     pub(super) attribute_textures: HashSet<usize>,
-    /// The images that once were made of attributes, with texels out of range that no triangle is to show.
+    /// Images that were once converted from attributes, with out-of-range texels that no triangle may show.
     pub(super) triangle_textures: HashSet<usize>,
 }
 
@@ -83,20 +83,20 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Whether an element has an attribute of a mesh within.
+    /// Whether an element contains a mesh attribute.
     pub(super) fn asks(&self, element: &Element) -> bool {
         self.asking.contains(&std::ptr::from_ref(element))
     }
 
-    /// Finds and reads a file that an element names.
+    /// Finds and reads a file that an element references.
     pub(super) fn file(&self, element: &Element, name: &str) -> Result<(PathBuf, Vec<u8>), Error> {
         element.open(name, &self.document.folders, self.open)
     }
 
-    /// The id of an element, or a name that nothing else has.
+    /// The id of an element, or a unique name.
     pub(super) fn name(&mut self, element: &Element, number: usize) -> String {
         let mut name = match element.attribute("id") {
-            // What is made of attributes is made anew for every mesh. Copies of shapes are given names of their own later.
+            // Materials of attributes are made anew for every mesh. Copies of shapes get their names later.
             Some(id) if self.names.insert(id.to_owned()) || !matches!(&*element.tag, "bsdf" | "texture") => {
                 return id.to_owned();
             }
@@ -109,7 +109,7 @@ impl<'a> Reader<'a> {
         name
     }
 
-    /// Takes back the last materials and textures, but for so many of each, and their names.
+    /// Removes the last materials and textures beyond these counts, and their names.
     pub(super) fn take_back(&mut self, materials: usize, textures: usize) {
         for name in self.materials.drain(materials..).map(|material| material.id) {
             self.names.remove(&name);
@@ -122,7 +122,7 @@ impl<'a> Reader<'a> {
         self.triangle_textures.retain(|&texture| texture < textures);
     }
 
-    /// An error unless there is no environment yet.
+    /// An error if there already is an environment.
     pub(super) fn check_no_environment(&self, element: &Element) -> Result<(), Error> {
         if self.environment.is_none() {
             return Ok(());

@@ -1,4 +1,4 @@
-//! The scene as a whole.
+//! Scene as a whole.
 
 use super::element::Element;
 use super::integrator::{integrator, sees_media};
@@ -11,7 +11,7 @@ use crate::io::Error;
 use crate::scene::{Description, Integrator, SPHERE_TRACING};
 
 impl Reader<'_> {
-    /// Reads everything, and names all that is refused. The film may be given another size.
+    /// Reads the whole scene, and reports all errors. The film may be given another size.
     pub(super) fn read(mut self, size: Option<(usize, usize)>) -> Result<(Description, Vec<Note>), Error> {
         let journal = self.journal.clone();
         self.ids = Ids::new(self.document.by_id()?, journal.clone());
@@ -38,7 +38,7 @@ impl Reader<'_> {
             }
             None => None,
         };
-        // These may be what sensors and shapes refer to.
+        // These may be referenced by sensors and shapes.
         for tag in ["<sampler>", "<film>", "<medium>", "<phase>", "<spectrum>"] {
             scene.nested(tag);
         }
@@ -48,7 +48,7 @@ impl Reader<'_> {
             journal.accept(read, element, "the sensor stands in empty space")
         });
 
-        // What is made of attributes is made with the mesh that has them.
+        // Textures and materials of attributes are made with their mesh.
         let [textures, materials] = ["<texture>", "<bsdf>"].map(|tag| {
             let mut elements = scene.nested(tag);
             elements.retain(|element| !self.asks(element));
@@ -66,7 +66,7 @@ impl Reader<'_> {
             let read = self.shape(element);
             journal.accept(read, element, "the shape is left out");
         }
-        // An emitter with an id may be what shapes refer to.
+        // An emitter with an id may be referenced by shapes.
         let is_of_shapes = |e: &Element| e.attribute("type") == Some("area") && e.attribute("id").is_some();
         for element in scene.nested("<emitter>").into_iter().filter(|e| !is_of_shapes(e)) {
             let read = emitter::light(&mut self, element);
@@ -75,7 +75,7 @@ impl Reader<'_> {
         journal.accept(scene.finish(), &self.document.root, "");
         let orthographic = |e: &&Element| e.attribute("type") == Some("orthographic");
         if let Some(element) = sensors.first().filter(|e| orthographic(e) && !self.implicits.is_empty()) {
-            // From as far away as its camera stands implicit surfaces are lost.
+            // Implicit surfaces are lost at the distance of its camera.
             journal.refuse(
                 element
                     .unsupported("an orthographic sensor before implicit surfaces", "a perspective sensor"),
@@ -98,7 +98,7 @@ impl Reader<'_> {
         }
 
         let notes = journal.close()?;
-        // Without a sensor something has been refused.
+        // Without a sensor an error was reported.
         let Some(Sensor { camera, film, samples, .. }) = sensor else {
             return Err(scene.missing("a <sensor>"));
         };

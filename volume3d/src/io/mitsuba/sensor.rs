@@ -1,4 +1,4 @@
-//! Cameras.
+//! Sensors.
 
 use glam::{DAffine3, DVec2, DVec3};
 
@@ -11,28 +11,28 @@ use super::{orthographic, support, transform};
 use crate::io::Error;
 use crate::scene::{Camera, Film, Lens};
 
-/// The horizontal field of view of a sensor that is not given, in degrees.
+/// The horizontal field of view of the default sensor, in degrees.
 const DEFAULT_ANGLE: f64 = 45.0;
-/// Mitsuba's samples per pixel, where none are given.
+/// Mitsuba's default number of samples per pixel.
 const DEFAULT_SAMPLES: i64 = 4;
-/// Mitsuba's focal length in millimetres, where neither it nor an angle is given.
+/// Mitsuba's default focal length in millimetres, if no angle is given either.
 const DEFAULT_FOCAL_LENGTH: f64 = 50.0;
 /// Width and height of 35 mm film in millimetres, to whose diagonal focal lengths refer.
 const FILM_35MM: (f64, f64) = (36.0, 24.0);
-/// Mitsuba's far clipping plane, where none is given.
+/// Mitsuba's default far clipping plane.
 const DEFAULT_FAR_CLIP: f64 = 1e4;
-/// What a sensor says.
+/// Contents of a sensor element.
 pub(super) struct Sensor<'a> {
     pub(super) camera: Camera,
     pub(super) clips: Clips<'a>,
     pub(super) film: Film,
     /// Samples per pixel.
     pub(super) samples: usize,
-    /// Where it stands, if that is not empty space.
+    /// The medium around the sensor, if any.
     pub(super) medium: Option<&'a Element>,
 }
 
-/// With a film of another size, if one is given.
+/// Reads a sensor, optionally with another film size.
 pub(super) fn sensor<'a>(
     object: &Object<'a>,
     ids: &Ids<'a>,
@@ -60,14 +60,14 @@ pub(super) fn sensor<'a>(
         None
     };
     if let Some(element) = medium.filter(|_| object.plugin == "orthographic") {
-        // It is read as one from far away, and the way through the medium would be as long.
+        // It is read as a distant perspective camera, and the path through the medium would be as long.
         return Err(element.unsupported("an orthographic sensor within a medium", "a perspective sensor"));
     }
     object.finish()?;
     Ok(Sensor { camera, clips, film, samples, medium })
 }
 
-/// The sensor that Mitsuba 2 gives a scene without one: it looks along z, with the whole scene in view. Nothing if nothing is there.
+/// Mitsuba 2's default sensor: it looks along z, with the whole scene in view. `None` if the scene is empty.
 pub(super) fn default_sensor<'a>(
     corners: impl Iterator<Item = DVec3>,
     size: Option<(usize, usize)>,
@@ -108,16 +108,16 @@ fn aperture_radius(object: &Object<'_>) -> Result<f64, Error> {
 
 fn camera<'a>(object: &Object<'a>, radius: f64, aspect: f64) -> Result<(Camera, Clips<'a>), Error> {
     let pixel_aspect = object.positive("pixel_aspect")?.unwrap_or(1.0);
-    // An angle along columns is f_y's.
+    // A vertical angle refers to f_y.
     let field_of_view = field_of_view(object, aspect * pixel_aspect)?;
     let clips = Clips::read(object)?;
     let offset = |name| object.float(name).map(|offset| offset.unwrap_or(0.0));
-    // Mitsuba says where in the picture of a centred camera the middle of this one is.
+    // Mitsuba gives the position of this camera's centre in the picture of a centred camera.
     let principal_point =
         -DVec2::new(offset("principal_point_offset_x")?, offset("principal_point_offset_y")?);
-    // Mitsuba focuses at the far clipping plane unless told.
+    // Mitsuba's default focus distance is the far clipping plane.
     let focus_distance = object.positive("focus_distance")?.or(clips.far()).unwrap_or(DEFAULT_FAR_CLIP);
-    // All is sharp without a lens.
+    // A pinhole camera has no focus.
     let lens = (radius > 0.0).then_some(Lens { radius, focus_distance });
     object.boolean_that_is("jitter", true)?;
     // Nothing moves while the shutter is open.
@@ -184,7 +184,7 @@ fn focal_length(object: &Object<'_>) -> Result<Option<f64>, Error> {
         .ok_or_else(|| object.element.bad_value("focal_length", value, "a number greater than 0 and \"mm\""))
 }
 
-/// Samples per pixel. How they are drawn changes noise only.
+/// Samples per pixel. The kind of sampler affects noise only.
 fn sampler(object: &Object<'_>) -> Result<usize, Error> {
     if !support::SAMPLERS.split(", ").any(|name| name == object.plugin) {
         object.note(format!(

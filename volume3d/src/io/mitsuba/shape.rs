@@ -35,7 +35,7 @@ impl<'a> Reader<'a> {
             _ => return Err(object.unknown_plugin("shape", support::SHAPES)),
         };
         let mesh = match object.transform("to_world")? {
-            // The control points of a curve have been moved, and its thickness is not.
+            // `to_world` was already applied to a curve's control points, but not to its radii.
             Some(_) if object.plugin.ends_with("curve") => mesh,
             Some(element) => mesh.transformed(&transform::invertible(element)?),
             None => mesh,
@@ -89,8 +89,8 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// A mesh that emits. In Mitsuba it does so where its vertex normals point to, here where its faces do: faces are
-    /// turned to their normals, and what then differs is noted.
+    /// An emitting mesh. In Mitsuba the side of emission follows the vertex normals, here the faces: faces
+    /// are oriented by their normals, and remaining differences are noted.
     fn emitting(&self, element: &Element, mesh: Mesh, id: &str) -> Mesh {
         let count = mesh.triangles().len();
         let (mesh, turned) = mesh.with_fronts_by_normals();
@@ -111,7 +111,7 @@ impl<'a> Reader<'a> {
         mesh
     }
 
-    /// A material, or grey where it is refused, so that the rest of the shape is looked at too.
+    /// A material, or grey if it is refused, so that errors of the rest of the shape are reported too.
     fn material_or_grey(&mut self, bsdf: &'a Element) -> usize {
         let material = self.material(bsdf);
         let instead = self.instead(bsdf);
@@ -121,13 +121,13 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Whether a material looks texture coordinates up.
+    /// Whether a material uses texture coordinates.
     fn needs_coordinates(&self, material: usize) -> bool {
         let needs = |material: &Material| material.textures().next().is_some() || material.is_anisotropic();
         parts(&self.materials, material).into_iter().any(|part| needs(&self.materials[part]))
     }
 
-    /// Whether no light gets to the other side of a surface.
+    /// Whether a surface transmits no light.
     pub(super) fn is_opaque(&self, material: usize) -> bool {
         parts(&self.materials, material).into_iter().all(|part| {
             let Material { bsdf, opacity, .. } = &self.materials[part];
@@ -135,7 +135,7 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// The mesh of a file; with texture coordinates for the attributes that it has there, if they are asked for.
+    /// The mesh of a file; with texture coordinates for the file's attributes, if these are used.
     fn mesh_file(
         &mut self,
         object: &Object<'a>,
@@ -159,7 +159,7 @@ impl<'a> Reader<'a> {
         for note in &soup.notes {
             self.journal.note_image(element, format!("{}: {note}", path.display()));
         }
-        // Mitsuba's first row of a texture is at v = 0; most OBJ files mean v = 1.
+        // Mitsuba's first texture row is at v = 0; most OBJ files mean v = 1.
         if object.boolean("flip_tex_coords")?.unwrap_or(format == Some(MeshFormat::Obj)) {
             soup.flip_texture_coordinates();
         }
@@ -184,12 +184,12 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// What is said of a mesh without texture coordinates that needs some.
+/// Note on a mesh without texture coordinates that needs some.
 const EACH_TRIANGLE: &str = "the file has no texture coordinates: each of its triangles shows the texture anew, as in Mitsuba, from its \
                              first corner along its sides";
 
-/// Texture coordinates of a mesh that has none, as Mitsuba has them: those of a triangle's corners are (0,
-/// 0), (1, 0) and (0, 1), in the order of the file, which flipped normals and a mirror turn round.
+/// Default texture coordinates of a mesh, as in Mitsuba: those of a triangle's corners are (0, 0), (1, 0) and
+/// (0, 1), in the order of the file, which flipped normals and a mirror reverse.
 fn coordinates_of_triangles(object: &Object<'_>, mesh: Mesh) -> Result<Mesh, Error> {
     let flips = object.boolean("flip_normals")? == Some(true);
     let mirrors = match object.affine("to_world")? {
@@ -205,7 +205,7 @@ fn coordinates_of_triangles(object: &Object<'_>, mesh: Mesh) -> Result<Mesh, Err
     })
 }
 
-/// A shape with flat faces, whose normals are those of its faces however they are asked for.
+/// A shape with flat faces, which always has face normals.
 fn built_in(object: &Object<'_>, mesh: Mesh) -> Result<Mesh, Error> {
     object.boolean("face_normals")?;
     if object.boolean("flip_normals")? != Some(true) {
@@ -214,7 +214,7 @@ fn built_in(object: &Object<'_>, mesh: Mesh) -> Result<Mesh, Error> {
     turned(object, Soup::from_faces(&mesh), true)
 }
 
-/// A curved shape with the normals of what it is a mesh of.
+/// A curved shape with the normals of the exact surface.
 fn curved(object: &Object<'_>, mesh: Mesh) -> Result<Mesh, Error> {
     if object.boolean("flip_normals")? == Some(true) {
         turned(object, Soup::from(mesh), false)
@@ -238,7 +238,7 @@ fn sphere(object: &Object<'_>) -> Result<Mesh, Error> {
     Ok(curved(object, Mesh::sphere())?.transformed(&map))
 }
 
-/// From `p0` to `p1`, whose line is the axis.
+/// A cylinder from `p0` to `p1`, whose line is the axis.
 fn cylinder(object: &Object<'_>) -> Result<Mesh, Error> {
     let p0 = object.vector("p0")?.unwrap_or(DVec3::ZERO);
     let p1 = object.vector("p1")?.unwrap_or(DVec3::Z);

@@ -1,8 +1,8 @@
-//! Spectra, as linear sRGB.
+//! Conversion of spectra to linear sRGB.
 //!
-//! ∫ s(λ) x̄(λ) dλ and so on, with the observer of 1931, become linear sRGB (ITU-R BT.709 primaries, D65). Light is then
-//! carried in these three numbers, which is an approximation wherever two spectra would be multiplied: that of a lamp with
-//! that of a wall, or η and k in Fresnel's formulas.
+//! ∫ s(λ) x̄(λ) dλ and so on, with the observer of 1931, are converted to linear sRGB (ITU-R BT.709
+//! primaries, D65). Light transport uses these three numbers, which is an approximation wherever two spectra
+//! would be multiplied: that of a lamp with that of a wall, or η and k in Fresnel's formulas.
 
 use glam::{DMat3, DVec3};
 
@@ -11,11 +11,11 @@ use super::element::Element;
 use super::values::{self, number, numbers};
 use crate::io::Error;
 
-/// Plugins of textures that are the same everywhere: they are read as spectra.
+/// Constant texture plugins, which are read as spectra.
 pub(super) const CONSTANT: [&str; 7] =
     ["uniform", "d65", "srgb", "rawconstant", "blackbody", "regular", "irregular"];
 
-/// What a spectrum is of, which decides how it becomes a colour.
+/// The quantity of a spectrum, which determines its conversion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Meaning {
     /// Seen under D65, so that 1 at all wavelengths is white; within [0, 1].
@@ -26,10 +26,10 @@ pub(super) enum Meaning {
     Emission,
 }
 
-/// A spectrum as a colour.
+/// A spectrum converted to a colour.
 pub(super) struct Colour {
     pub(super) rgb: DVec3,
-    /// How it was converted if that is an approximation.
+    /// The kind of conversion, if it is an approximation.
     pub(super) approximation: Option<&'static str>,
 }
 
@@ -115,7 +115,7 @@ pub(super) fn colour(element: &Element, meaning: Meaning) -> Result<Colour, Erro
     convert(element, &values::words(value).map(pair).collect::<Result<Vec<_>, Error>>()?, meaning)
 }
 
-/// Nanometres of one step of the integrals.
+/// Integration step in nanometres.
 const STEP: f64 = 1.0;
 
 /// The colour of a spectrum that is linear between its wavelengths, and 0 outside.
@@ -186,7 +186,8 @@ fn black_body(element: &Element, temperature: f64, scale: f64) -> Result<Colour,
 mod tests {
     use super::*;
 
-    /// A white surface is white, and equal energy has the colour that its chromaticity (1/3, 1/3) has in sRGB.
+    /// A white surface is white, and equal energy has the colour that its chromaticity (1/3, 1/3) has in
+    /// sRGB.
     #[test]
     fn whites() {
         let white = TO_SRGB * integrate(|_| 1.0, Meaning::Reflectance);
@@ -196,7 +197,8 @@ mod tests {
         assert!((energy - expected).abs().max_element() < 1e-3, "{energy} {expected}");
     }
 
-    /// CIE 1931 chromaticity of black bodies: 0.3451, 0.3516 at 5000 K, and 0.4476, 0.4074 at 2856 K, illuminant A.
+    /// CIE 1931 chromaticity of black bodies: 0.3451, 0.3516 at 5000 K, and 0.4476, 0.4074 at 2856 K,
+    /// illuminant A.
     #[test]
     fn black_bodies() {
         let file = std::sync::Arc::from(std::path::Path::new("s.xml"));

@@ -1,4 +1,4 @@
-//! Emitters in one point that send more one way than another.
+//! Spot and projector lights.
 
 use glam::{DMat3, DVec3};
 
@@ -11,7 +11,7 @@ use super::transform;
 use crate::io::{Error, ImageProblem};
 use crate::scene::Light;
 
-/// Mitsuba's cutoff angle in degrees, and its beam width over that.
+/// Mitsuba's default cutoff angle in degrees, and the default beam width relative to it.
 const DEFAULT_CUTOFF: f64 = 20.0;
 const DEFAULT_BEAM: f64 = 0.75;
 
@@ -54,12 +54,12 @@ pub(super) fn projector<'a>(
         let texture = &reader.textures[index];
         texture.width as f64 / texture.height as f64
     });
-    // As a sensor has it, with its defaults.
+    // As for a sensor, with its defaults.
     let field_of_view = field_of_view(object, aspect)?;
     Ok(Light::Projector { id, position, to_world, intensity: colour * scale, field_of_view, aspect, texture })
 }
 
-/// Where it stands and how it is turned.
+/// The position and rotation of the light.
 fn place(object: &Object<'_>) -> Result<(DVec3, DMat3), Error> {
     match object.affine("to_world")? {
         Some((element, map)) => Ok((map.translation, transform::orthogonal(element, &map)?)),
@@ -67,7 +67,7 @@ fn place(object: &Object<'_>) -> Result<(DVec3, DMat3), Error> {
     }
 }
 
-/// A texture of at least 0.
+/// A non-negative texture.
 pub(super) fn slide<'a>(reader: &mut Reader<'a>, element: &'a Element) -> Result<usize, Error> {
     if reader.asks(element) {
         let what = "a mesh_attribute as what an emitter sends out";

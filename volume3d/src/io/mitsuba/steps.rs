@@ -1,29 +1,32 @@
-//! Textures with steps, as textures without.
+//! Smoothing of discontinuous textures.
 //!
-//! A step of reflectance within a surface is a jump that moves with the surface, and no field follows it: derivatives by
-//! geometry would be biased in silence. Instead of a step there is a ramp, so narrow that it is hardly seen, which a bilinear
-//! texture represents exactly: derivatives are those of the image with ramps.
+//! A step of reflectance within a surface is a discontinuity that moves with the surface, and no warp field
+//! follows it: derivatives by geometry would be silently biased. The step is replaced by a ramp, almost too
+//! narrow to be visible, which a bilinear texture represents exactly: derivatives are those of the image with
+//! ramps.
 
 use glam::DVec3;
 
 use crate::Image;
 
-/// Texels of a checkerboard along each axis of its period, of which one cell is a half. A ramp between cells is one texel wide:
-/// 1/128 of the period. It lies half on either side of the step, so that the mean over a period stays what it is.
+/// Texels of a checkerboard along each axis of its period; one cell is half of them. A ramp between cells is
+/// one texel wide: 1/128 of the period. It lies half on either side of the step, so that the mean over a
+/// period is unchanged.
 pub(super) const CHECKERBOARD_TEXELS: usize = 128;
 
-/// What is said of every checkerboard.
+/// Note on every checkerboard.
 pub(super) const CHECKERBOARD_NOTE: &str =
     "the steps of the checkerboard are ramps of 1/128 of its period: derivatives are those of the ramps";
 
-/// Texels that one of an image without interpolation becomes along each axis; a ramp is one of them wide.
+/// Maximum upsampling factor of an image without interpolation along each axis; a ramp is one of the new
+/// texels wide.
 const MOST_COPIES: usize = 16;
-/// With fewer, ramps would be as wide as what is between them.
+/// Minimum upsampling factor: with a smaller one, ramps would be as wide as the space between them.
 const FEWEST_COPIES: usize = 4;
-/// Texels that there may be in all.
+/// Maximum number of texels in all.
 const MOST_TEXELS: usize = 1 << 20;
 
-/// The unit square in four: the first colour where u and v are both below ½, or both above.
+/// A checkerboard on the unit square: the first colour where u and v are both below ½, or both above.
 pub(super) fn checkerboard(colours: [DVec3; 2]) -> Image {
     let n = CHECKERBOARD_TEXELS;
     let texel = |k: usize| {
@@ -33,7 +36,8 @@ pub(super) fn checkerboard(colours: [DVec3; 2]) -> Image {
     Image { width: n, height: n, pixels: (0..n * n).map(texel).collect() }
 }
 
-/// An image whose texels are squares of one colour, up to narrow ramps; and what is said of it. Large ones stay as they are.
+/// An image whose texels are squares of one colour, up to narrow ramps; and the note. Large ones stay as they
+/// are.
 pub(super) fn nearest(image: Image) -> (Image, String) {
     let Image { width, height, ref pixels } = image;
     let fits = |copies: usize| (width * copies).saturating_mul(height * copies) <= MOST_TEXELS;

@@ -1,5 +1,5 @@
-//! What stands in the place of a material that is refused, where that is allowed: of metal metal, of glass
-//! glass, and grey of what is neither. What can be read of it is kept.
+//! Substitutes for unsupported materials in lenient mode: metal for metal, glass for glass, and otherwise
+//! grey. All readable parameters are kept.
 
 use glam::DVec3;
 
@@ -11,12 +11,12 @@ use super::reader::Reader;
 use super::{support, values};
 use crate::scene::{Bsdf, Dielectric, Material, Microfacets, Principled, Reflectance, Roughness, Value};
 
-/// α of facets of which it cannot be read.
+/// α of microfacets if it cannot be read.
 const ALPHA: f64 = 0.1;
-/// How many materials are looked at within one that is refused.
+/// Maximum number of materials searched within a refused one.
 const MOST: usize = 64;
 
-/// What a material is, as far as its substitute is concerned.
+/// The class of a material, which determines its substitute.
 #[derive(Clone, Copy, PartialEq)]
 enum Kind {
     Metal { rough: bool },
@@ -41,7 +41,7 @@ impl Kind {
 }
 
 impl<'a> Reader<'a> {
-    /// What is said of the substitute.
+    /// Note on the substitute.
     pub(super) fn instead(&self, element: &'a Element) -> &'static str {
         match Kind::of(self.core(element)) {
             Kind::Metal { .. } => "the material is the metal alone, as far as it can be read, on both sides",
@@ -51,7 +51,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// A material in the place of one that is refused.
+    /// Creates the substitute of a refused material.
     pub(super) fn substitute(&mut self, element: &'a Element) -> usize {
         if let Some(&index) = self.material_of.get(&std::ptr::from_ref(element)) {
             return index;
@@ -70,7 +70,7 @@ impl<'a> Reader<'a> {
         self.materials.len() - 1
     }
 
-    /// The first material within one, itself included, that is more than diffuse; or itself.
+    /// The first non-diffuse material within one, itself included; or itself.
     fn core(&self, element: &'a Element) -> &'a Element {
         let (mut left, mut seen) = (vec![element], 0);
         while let Some(next) = left.pop() {
@@ -104,13 +104,13 @@ fn grey(element: &Element) -> Reflectance {
     Reflectance::Constant(colour(element, &names).unwrap_or(DVec3::splat(0.5)))
 }
 
-/// A number that can be read and is within [0, 1].
+/// A readable number within [0, 1].
 fn number(object: &Object<'_>, name: &'static str) -> Option<f64> {
     let within = |x| (0.0..=1.0).contains(&x);
     object.number_where(name, "a number between 0 and 1", within).ok().flatten()
 }
 
-/// Facets, of which those of a number that can be read have it; nothing where that is 0.
+/// Microfacets with the readable α; `None` if that is 0.
 fn facets(object: &Object<'_>) -> Option<Roughness> {
     let alpha = number(object, "alpha").or_else(|| number(object, "alpha_u")).unwrap_or(ALPHA);
     let is_ggx = object.choice("distribution", &["ggx"], "").is_ok_and(|choice| choice == Some(0));
@@ -118,7 +118,7 @@ fn facets(object: &Object<'_>) -> Option<Roughness> {
     (alpha > 0.0).then(|| Roughness::new(distribution, alpha.max(1e-4)))
 }
 
-/// Of unknown indices of refraction it reflects all light.
+/// With unknown indices of refraction it reflects all light.
 fn metal(object: &Object<'_>, rough: bool) -> Bsdf {
     let (eta, k) = index_of_refraction(object).unwrap_or((DVec3::ZERO, DVec3::ONE));
     let factor = colour(object.element, &["specular_reflectance"]).unwrap_or(DVec3::ONE);
@@ -143,7 +143,7 @@ fn glass(object: &Object<'_>, thin: bool, rough: bool) -> Bsdf {
     if thin { Bsdf::ThinDielectric(dielectric) } else { Bsdf::Dielectric(dielectric) }
 }
 
-/// Metal if it may be metal, where that cannot be read.
+/// A metal if `metallic` cannot be read.
 fn principled(object: &Object<'_>) -> Bsdf {
     let value = |name, other| match object.parameter(name) {
         None => 0.0,

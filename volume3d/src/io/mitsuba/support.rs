@@ -1,5 +1,5 @@
-//! What is read of the format, in one table: from it come the messages of what is refused, `volume3d info --support`, and the
-//! table in the documentation.
+//! Table of supported plugins, from which error messages, `volume3d info --support` and the table in the
+//! documentation are generated.
 
 use std::fmt::Write as _;
 
@@ -77,7 +77,8 @@ const KINDS: [Kind; 12] = [
     },
 ];
 
-/// The usual name of a plugin that is called by an older one, or with other capitals; nothing where it is called by it.
+/// The current name of a plugin given by an older name, or with other capitals; `None` if the name is
+/// current.
 pub(super) fn spelling(tag: &str, plugin: &str) -> Option<&'static str> {
     let names = match tag {
         "shape" => SHAPES,
@@ -92,7 +93,7 @@ pub(super) fn spelling(tag: &str, plugin: &str) -> Option<&'static str> {
     names.split(", ").find(|name| *name != plugin && name.eq_ignore_ascii_case(plugin))
 }
 
-/// What is read of the format, as a table in Markdown.
+/// The supported plugins, as a table in Markdown.
 #[must_use]
 pub fn support_table() -> String {
     let mut text = "| element | plugins | |\n|---|---|---|\n".to_owned();
@@ -107,13 +108,13 @@ mod tests {
     use super::*;
     use crate::io::read_scene;
 
-    /// What the documentation shows is this table.
+    /// The table in the documentation is up to date.
     #[test]
     fn the_documentation_has_the_table() {
         assert_eq!(include_str!("support.md"), support_table(), "write the table to support.md");
     }
 
-    /// Messages list what the table does.
+    /// Messages list the plugins of the table.
     #[test]
     fn messages_have_the_table() {
         for (tag, plugins) in

@@ -128,8 +128,8 @@ fn checkerboard(object: &Object<'_>, swaps: bool) -> Result<Image, Error> {
     Ok(steps::checkerboard(colours))
 }
 
-/// A map of (u, v, 1): of a transform of space what concerns x, y and translations. Before version 3.9 Mitsuba took the upper
-/// left 3×3 part instead; where only that has a translation, it is meant.
+/// A map of (u, v, 1): of a transform of space what concerns x, y and translations. Before version 3.9
+/// Mitsuba took the upper left 3×3 part instead; where only that has a translation, it is meant.
 fn to_uv(element: &Element, object: &Object<'_>) -> Result<DAffine2, Error> {
     let m = transform::matrix(element)?;
     let column = |c: glam::DVec4| DVec2::new(c.x, c.y);

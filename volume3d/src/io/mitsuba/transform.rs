@@ -7,8 +7,8 @@ use super::journal::Journal;
 use super::values::{number, numbers, triple, vector};
 use crate::io::{Error, SceneProblem};
 
-/// How far the axes of a motion that should be rigid may be from orthogonal and from one length, relative to
-/// it. Matrices are often written with five or six digits.
+/// Tolerance of orthogonality and equal length of the axes of a rigid motion, relative to the length.
+/// Matrices are often written with five or six digits.
 const RIGID_TOLERANCE: f64 = 1e-4;
 
 /// The product of a transform's steps, the first applied first.
@@ -55,10 +55,10 @@ fn step(element: &Element) -> Result<DMat4, Error> {
     }
 }
 
-/// How far from 1 the length of an axis may be without a note: three digits of a unit vector do not matter.
+/// Tolerance of an axis's length without a note: three digits of a unit vector do not matter.
 const UNIT_TOLERANCE: f64 = 1e-3;
 
-/// Notes the axes of rotations within an element that are not of length 1, which Mitsuba 3 takes as they are.
+/// Notes rotation axes within an element that are not of length 1, which Mitsuba 3 does not normalise.
 pub(super) fn note_axes(root: &Element, journal: &Journal) {
     let mut left = vec![root];
     while let Some(element) = left.pop() {
@@ -66,7 +66,7 @@ pub(super) fn note_axes(root: &Element, journal: &Journal) {
         if element.tag != "rotate" {
             continue;
         }
-        // What is no vector is an error where it is used.
+        // An invalid vector is an error where it is used.
         let length = vector(element, 0.0).map_or(1.0, DVec3::length);
         if (length - 1.0).abs() > UNIT_TOLERANCE {
             journal.note_image(
@@ -87,7 +87,7 @@ fn look_at(element: &Element) -> Result<DMat4, Error> {
     let direction = (target - origin).try_normalize();
     let direction = direction
         .ok_or_else(|| element.bad_value("target", &format!("{target}"), "a point other than the origin"))?;
-    // Without an up, any direction across the view, but the one that Mitsuba takes.
+    // Without `up`, any perpendicular direction would do, but Mitsuba's is used.
     let up = match element.attribute("up") {
         Some(_) => triple(element, "up")?,
         None => across(direction)[0],
@@ -130,7 +130,7 @@ pub(super) fn affine(element: &Element) -> Result<DAffine3, Error> {
     }
 }
 
-/// The map of a shape, which must not flatten space.
+/// The transform of a shape, which must be invertible.
 pub(super) fn invertible(element: &Element) -> Result<DAffine3, Error> {
     let map = affine(element)?;
     let determinant = map.matrix3.determinant();
@@ -141,7 +141,7 @@ pub(super) fn invertible(element: &Element) -> Result<DAffine3, Error> {
     }
 }
 
-/// The rotation of a rigid motion, perhaps with a uniform scale; its axes are x, y and z.
+/// The rotation of a rigid motion, possibly with a uniform scale; its columns are the axes x, y and z.
 pub(super) fn rotation(element: &Element, map: &DAffine3) -> Result<DMat3, Error> {
     let turn = orthogonal(element, map)?;
     if turn.determinant() < 0.0 {
@@ -151,7 +151,7 @@ pub(super) fn rotation(element: &Element, map: &DAffine3) -> Result<DMat3, Error
     Ok(turn)
 }
 
-/// The same of a motion that may mirror: then x points the other way.
+/// The rotation of a motion that may contain a reflection: then x points the other way.
 pub(super) fn orthogonal(element: &Element, map: &DAffine3) -> Result<DMat3, Error> {
     let m = map.matrix3;
     let length = m.z_axis.length();

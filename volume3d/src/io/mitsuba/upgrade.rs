@@ -46,8 +46,8 @@ fn snake_case(name: &str) -> String {
     result
 }
 
-/// Parameters that became others: `diffuse_reflectance` of diffuse materials, and scales and offsets of textures, which
-/// are a transform since: the offset first, as Mitsuba's upgrade has it.
+/// Parameters that became others: `diffuse_reflectance` of diffuse materials, and scales and offsets of
+/// textures, which are a transform since: the offset first, as Mitsuba's upgrade has it.
 pub(super) fn parameters(element: &mut Element) -> Result<(), Error> {
     if element.tag == "bsdf" && element.attribute("type") == Some("diffuse") {
         for child in &mut element.children {

@@ -47,8 +47,8 @@ pub(super) fn vector(element: &Element, default: f64) -> Result<DVec3, Error> {
     Ok(DVec3::new(component("x")?, component("y")?, component("z")?))
 }
 
-/// A colour given by `<rgb>`, `<srgb>`, `<float>` or `<integer>`, linear RGB. `#rrggbb` is sRGB, and so are the three numbers
-/// of `<srgb>`.
+/// A colour given by `<rgb>`, `<srgb>`, `<float>` or `<integer>`, linear RGB. `#rrggbb` is sRGB, and so are
+/// the three numbers of `<srgb>`.
 pub(super) fn colour(element: &Element) -> Result<DVec3, Error> {
     let value = element.required("value")?;
     let tag = element.tag.as_str();

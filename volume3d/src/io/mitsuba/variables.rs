@@ -1,23 +1,23 @@
-//! `$name`s and their values.
+//! Substitution of `$name`s.
 
-/// Bytes that the values in the place of all `$name`s may have together, so that values made of values do
-/// not fill the memory. A value has some ten, and a scene a million elements at most.
+/// Maximum total bytes of substituted values, so that nested values do not exhaust the memory. A value has
+/// some ten, and a scene a million elements at most.
 pub(super) const MOST_TEXT: usize = 1 << 26;
 
 /// The values of `$name`s.
 #[derive(Debug, Default)]
 pub(super) struct Variables {
     values: Vec<Variable>,
-    /// Bytes that values have taken so far.
+    /// Total bytes of substituted values so far.
     replaced: usize,
 }
 
-/// Why a text cannot be had.
+/// Errors of substitution.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Problem {
     /// This name has no value.
     Unknown(String),
-    /// The values have more than [`MOST_TEXT`].
+    /// The values exceed [`MOST_TEXT`].
     TooLong,
 }
 
@@ -37,15 +37,15 @@ impl Variables {
         Self { values, replaced: 0 }
     }
 
-    /// A value that counts unless one was given before. That it is used is not required.
+    /// Sets a value unless one was given before. It may remain unused.
     pub(super) fn set_default(&mut self, name: &str, value: &str) {
         if !self.values.iter().any(|v| v.name == name) {
             self.values.push(Variable { name: name.to_owned(), value: value.to_owned(), used: true });
         }
     }
 
-    /// `text` with each `$name` replaced, of several names that fit the longest; `\$` is a dollar. The values
-    /// are not looked at again.
+    /// `text` with each `$name` replaced, the longest of several matching names; `\$` is a dollar. Values are
+    /// not substituted again.
     pub(super) fn substitute(&mut self, text: &str) -> Result<String, Problem> {
         let mut result = String::new();
         let mut rest = text;
@@ -75,7 +75,7 @@ impl Variables {
         Ok(result)
     }
 
-    /// A name that was given a value and does not occur.
+    /// A given value whose name does not occur.
     pub(super) fn unused(&self) -> Option<&str> {
         self.values.iter().find(|v| !v.used).map(|v| v.name.as_str())
     }

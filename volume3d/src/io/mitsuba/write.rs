@@ -1,4 +1,4 @@
-//! Writing scenes.
+//! Scene export.
 
 use std::collections::HashSet;
 use std::fmt::{Display, Write as _};
@@ -14,27 +14,29 @@ use crate::scene::{
 };
 use crate::sdf::{Baked, Grid, Guided, Interpolation};
 
-/// Writes a scene as Mitsuba 3 XML, with its meshes as PLY or OBJ and its textures as OpenEXR in a folder of its own beside it: for `fits/last.xml`, the folder `fits/last.files`. What is there under the names it chooses is replaced;
-/// the scene itself is written last, and every file atomically.
+/// Writes a scene as Mitsuba 3 XML, with its meshes as PLY or OBJ and its textures as OpenEXR in a folder of
+/// its own beside it: for `fits/last.xml`, the folder `fits/last.files`. What is there under the names it
+/// chooses is replaced; the scene itself is written last, and every file atomically.
 ///
 /// [`load_scene`](crate::io::load_scene) reads the same scene, but for
 ///
-/// - textures, which are written in single precision, and those of an environment without their `to_uv`, for which the format
-///   has no place;
-/// - the last digits of the camera, whose field of view is written in degrees and whose frame is made orthonormal again;
-/// - implicit surfaces: grids are written in single precision, with the file's own box, and `Description::tracer` is not
-///   written;
-/// - the order of vertices where a mesh has normals or texture coordinates, and vertices that no triangle has: PLY has
-///   one topology only. Two vertices in one place become one;
-/// - names that two things have in common, which the format does not allow: shapes and lights keep theirs, and others get a
-///   `_`.
+/// - textures, which are written in single precision, and those of an environment without their `to_uv`, for
+///   which the format has no place;
+/// - the last digits of the camera, whose field of view is written in degrees and whose frame is made
+///   orthonormal again;
+/// - implicit surfaces: grids are written in single precision, with the file's own box, and
+///   `Description::tracer` is not written;
+/// - the order of vertices where a mesh has normals or texture coordinates, and vertices that no triangle
+///   has: PLY has one topology only. Two vertices in one place become one;
+/// - names that two things have in common, which the format does not allow: shapes and lights keep theirs,
+///   and others get a `_`.
 ///
-/// What is out of the reader's range, such as a reflectance above 1, is written and refused when it is read. Mitsuba itself
-/// knows no `kappa` of directional lights.
+/// Values out of the reader's range, such as a reflectance above 1, are written and refused on reading.
+/// Mitsuba itself knows no `kappa` of directional lights.
 ///
 /// # Errors
-/// [`Error::File`], [`Error::Grid`] for a grid that single precision cannot hold, and [`Error::NoFormat`] for an implicit
-/// surface that is no grid.
+/// [`Error::File`], [`Error::Grid`] for a grid that single precision cannot hold, and [`Error::NoFormat`] for
+/// an implicit surface that is no grid.
 pub fn write_scene(path: &Path, scene: &Scene) -> Result<(), Error> {
     let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
@@ -47,7 +49,7 @@ pub fn write_scene(path: &Path, scene: &Scene) -> Result<(), Error> {
     files::write(path, |file| file.write_all(writer.text.as_bytes()).map_err(error))
 }
 
-/// The names of everything, each once.
+/// Unique names of all objects.
 pub(super) struct Ids {
     shapes: Vec<String>,
     implicits: Vec<String>,
@@ -82,18 +84,18 @@ impl Ids {
     }
 }
 
-/// Whether XML has a character, in whatever words.
+/// Whether a character is allowed in XML.
 fn is_text(c: char) -> bool {
     matches!(c, '\t' | '\n' | '\r') || !(c.is_control() || matches!(c, '\u{FFFE}' | '\u{FFFF}'))
 }
 
 pub(super) struct Writer<'a> {
-    /// Where the scene is.
+    /// The folder of the scene.
     parent: &'a Path,
-    /// Where its other files are, from there.
+    /// The folder of its other files, relative to it.
     folder: String,
     text: String,
-    /// How many elements are open.
+    /// The number of open elements.
     depth: usize,
     pub(super) ids: &'a Ids,
 }
@@ -190,7 +192,7 @@ impl Writer<'_> {
         if orthographic.is_none() {
             self.value("float", "fov", camera.field_of_view.to_degrees());
         }
-        // As Mitsuba has them, see the reader.
+        // Mitsuba's convention, see the reader.
         let offset = -camera.principal_point;
         for (name, offset) in [("principal_point_offset_x", offset.x), ("principal_point_offset_y", offset.y)]
         {
@@ -238,8 +240,8 @@ impl Writer<'_> {
         self.line("</sensor>");
     }
 
-    /// The plugin and the file of a mesh, relative to the scene. PLY has one topology only, which does for all but computed
-    /// normals with texture coordinates.
+    /// The plugin and the file of a mesh, relative to the scene. PLY has one topology only, which does for
+    /// all but computed normals with texture coordinates.
     fn mesh(&self, index: usize, shape: &Shape) -> Result<(&'static str, String), Error> {
         let computed = matches!(shape.mesh.normals(), Normals::AngleWeighted { .. });
         let plugin = if computed && shape.mesh.uvs().is_some() { "obj" } else { "ply" };
@@ -295,8 +297,8 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// A file's name, relative to the scene: with a number, so that no two are one where case does not count, and as much
-    /// of the id as letters and digits make.
+    /// A file's name, relative to the scene: with a number, so that no two are one where case does not count,
+    /// and as much of the id as letters and digits make.
     pub(super) fn file(&self, kind: &str, index: usize, id: &str, extension: &str) -> String {
         const LONGEST: usize = 40;
         let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };

@@ -1,4 +1,4 @@
-//! Materials, written.
+//! Material export.
 
 use glam::DVec3;
 
@@ -60,7 +60,7 @@ impl Writer<'_> {
         wrappers.next();
         self.line("</bsdf>");
         for name in wrappers {
-            // The second of two stands after the first.
+            // The second material of a blend follows the first.
             let second = match name {
                 "blendbsdf" => material.blend.map(|blend| blend.other),
                 "twosided" => material.back,

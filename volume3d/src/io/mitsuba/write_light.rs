@@ -1,4 +1,4 @@
-//! Lights, written.
+//! Light export.
 
 use glam::DVec3;
 
@@ -47,7 +47,7 @@ impl Writer<'_> {
         self.line("</emitter>");
     }
 
-    /// What is beyond the scene.
+    /// Writes the environment.
     pub(super) fn environment(&mut self, environment: &Environment, files: &[String]) {
         let id = &self.ids.environment;
         match environment {

@@ -1,4 +1,4 @@
-//! Media, written.
+//! Medium export.
 
 use super::write::{Writer, escaped};
 use crate::scene::{Description, Medium};
@@ -8,7 +8,8 @@ impl Writer<'_> {
         for (index, Medium { extinction, albedo, asymmetry, .. }) in scene.media.iter().enumerate() {
             let id = self.ids.media[index].clone();
             self.open("medium", "homogeneous", &id);
-            // Mitsuba takes no sigma_t above 1 but by its scale, here a power of two, so that no digit is lost.
+            // Mitsuba takes no sigma_t above 1 but by its scale, here a power of two, so that no digit is
+            // lost.
             let most = extinction.max_element();
             let scale = if most > 1.0 { most.log2().ceil().exp2() } else { 1.0 };
             self.colour("sigma_t", *extinction / scale);

@@ -1,4 +1,4 @@
-//! Textures, written.
+//! Texture export.
 
 use glam::{DAffine2, DVec2, DVec3};
 
@@ -22,8 +22,8 @@ impl Writer<'_> {
         self.texture_parameters(texture, file);
     }
 
-    /// A texture times a factor, for which the format has no place: unless it is 1, in a file of its own with a number that no
-    /// other has.
+    /// A texture times a factor, for which the format has no place: unless it is 1, in a file of its own with
+    /// a number that no other has.
     pub(super) fn scaled_texture(
         &mut self,
         name: &str,
@@ -43,7 +43,7 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// What a texture consists of, and its end.
+    /// Writes the parameters of a texture, and closes its element.
     fn texture_parameters(&mut self, texture: &Texture, file: &str) {
         self.value("string", "filename", file);
         let wrap = match texture.wrap {

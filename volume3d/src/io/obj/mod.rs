@@ -1,7 +1,7 @@
 //! Wavefront OBJ.
 //!
-//! Read by hand: the crate `tobj` splits a file at its groups, which tears shared vertices apart, and its
-//! errors do not tell the line.
+//! A parser of our own: the crate `tobj` splits a file at its groups, which tears shared vertices apart, and
+//! its errors do not state the line.
 
 mod write;
 
@@ -22,13 +22,13 @@ use crate::geometry::Mesh;
 /// Reads the triangles of an OBJ file. `path` is for messages.
 ///
 /// `v`, `vt`, `vn` and `f` are read, with indices from the end (−1 is the last so far) and polygons, which
-/// become fans around their first corner, and where they have dents triangles that do not leave them.
-/// Positions, texture coordinates and normals keep their own indices. Without `vn` the normals are weighted
-/// by angles on the file's `v`. Where some corners have texture coordinates or normals and others have none,
-/// these are at (0, 0), and have the normals of their triangles.
+/// become fans around their first corner, or, if not convex, triangles inside the polygon. Positions, texture
+/// coordinates and normals keep their own indices. Without `vn` the normals are weighted by angles on the
+/// file's `v`. If only some corners have texture coordinates or normals, the others get (0, 0), and the
+/// normals of their triangles.
 ///
-/// Groups, objects, smoothing groups, materials and colours of vertices are skipped; points and lines (`p`,
-/// `l`) too, as they have no area. Free-form geometry is refused.
+/// Groups, objects, smoothing groups, materials and vertex colours are skipped; points and lines (`p`, `l`)
+/// too, as they have no area. Free-form geometry is refused.
 ///
 /// # Errors
 /// [`Error::Mesh`] with the line.
@@ -42,7 +42,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Soup, Error> {
     let mut lines = bytes.split(|&b| b == b'\n').enumerate();
     while let Some((index, line)) = lines.next() {
         let mut line = Cow::Borrowed(strip(line));
-        // A backslash joins the next line to this one.
+        // A backslash continues the line.
         while line.last() == Some(&b'\\') {
             let joined = line.to_mut();
             joined.pop();
@@ -64,12 +64,12 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Soup, Error> {
     Ok(reader.finish())
 }
 
-/// A line without its comment and the spaces around it.
+/// A line without its comment and surrounding spaces.
 fn strip(line: &[u8]) -> &[u8] {
     line.split(|&b| b == b'#').next().unwrap_or_default().trim_ascii()
 }
 
-/// Names of materials that a note lists.
+/// Maximum number of material names in a note.
 const SHOWN_MATERIALS: usize = 8;
 
 /// Indices of a corner, from 0.
@@ -93,7 +93,7 @@ struct Reader {
     corners: Vec<Corner>,
     places: Vec<DVec3>,
     polygons: Polygons,
-    /// Names of the materials that faces have.
+    /// Names of the materials used by faces.
     materials: BTreeSet<String>,
     material: Option<String>,
 }
@@ -122,7 +122,7 @@ impl Reader {
                 let name = String::from_utf8_lossy(&line[keyword.len()..]);
                 self.material = Some(excerpt(name.trim()));
             }
-            // Without effect on the surface.
+            // No effect on the surface.
             b"g" | b"o" | b"s" | b"mtllib" | b"p" | b"l" => {}
             _ => {
                 let what = format!("the keyword \"{}\"", excerpt(&String::from_utf8_lossy(keyword)));
@@ -240,7 +240,7 @@ fn numbers(line: &[u8], expected: &'static str) -> Result<[f64; 3], MeshProblem>
     }
 }
 
-/// One, two or three numbers, of which the third is skipped.
+/// One, two or three numbers; the third is skipped.
 fn texture_coordinates(line: &[u8]) -> Result<[f64; 2], MeshProblem> {
     let line = text(line)?;
     let error = || MeshProblem::Expected { expected: "vt u v", found: excerpt(line) };

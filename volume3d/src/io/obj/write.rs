@@ -1,4 +1,4 @@
-//! Writing OBJ.
+//! OBJ export.
 
 use std::collections::HashMap;
 use std::io::Write;
@@ -7,12 +7,12 @@ use std::path::Path;
 use crate::geometry::{Mesh, Normals};
 use crate::io::{Error, files};
 
-/// Writes a mesh as OBJ, atomically, with all digits: [`read_obj`] gives the same numbers.
+/// Writes a mesh as OBJ, atomically, without rounding: [`read_obj`] returns the same numbers.
 ///
-/// Positions, given normals and texture coordinates keep their own topologies. Normals that are weighted by angles are
-/// not written but computed again by the reader; a position at which several meet, as at a crease, becomes as many
-/// vertices, which it welds. Whether normals are those of the faces is not written: it is the scene that says
-/// `face_normals`.
+/// Positions, given normals and texture coordinates keep their own topologies. Angle-weighted normals are not
+/// written but recomputed by the reader; a position with several of them, as at a crease, becomes as many
+/// vertices, which the reader welds. Whether normals are those of the faces is not written: the scene stores
+/// it as `face_normals`.
 ///
 /// # Errors
 /// [`Error::File`].
@@ -57,14 +57,14 @@ fn write(file: &mut impl Write, mesh: &Mesh) -> std::io::Result<()> {
     Ok(())
 }
 
-/// The position of each vertex of the file, and three vertices for every triangle: as many vertices at a position as it
-/// has computed normals, at least one.
+/// The position of each vertex of the file, and the vertices of every triangle: a position has as many
+/// vertices as it has computed normals, at least one.
 fn vertices(mesh: &Mesh) -> (Vec<u32>, Vec<[u32; 3]>) {
     let mut vertices: Vec<u32> = (0..mesh.positions().len() as u32).collect();
     let Normals::AngleWeighted { triangles: normals, .. } = mesh.normals() else {
         return (vertices, mesh.triangles().to_vec());
     };
-    // The first normal of a position is at the position's own place.
+    // The first normal of a position uses the position's own index.
     let mut first = vec![None; vertices.len()];
     let mut others = HashMap::new();
     let mut vertex = |position: u32, normal: u32| {

@@ -1,4 +1,4 @@
-//! Attributes: numbers at vertices or faces that are no positions, normals or texture coordinates.
+//! PLY attributes: numbers at vertices or faces other than positions, normals or texture coordinates.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use crate::io::error::excerpt;
 use crate::io::memory::with_room;
 use crate::io::{At, Error, MemoryError, MeshProblem, Place};
 
-/// What `vertex` has besides attributes.
+/// Properties of `vertex` that are not attributes.
 const NO_ATTRIBUTES: [&str; 12] =
     ["x", "y", "z", "nx", "ny", "nz", "u", "v", "s", "t", "texture_u", "texture_v"];
 
@@ -22,13 +22,14 @@ pub(in crate::io) enum PlyAttribute {
     Faces(Vec<DVec3>),
 }
 
-/// The attribute of a name as Mitsuba has it: `vertex_` or `face_`, and what its properties have in common before `_x`, `_r`,
-/// `_0` or the like. Red, green and blue are `color`, or end in it. The ends say which number is which, in whatever order they
-/// stand. A number alone is grey; it may be a property without an end. Of an opacity nothing is read. Colours in whole numbers
-/// are fractions of the largest, but not otherwise changed.
+/// Reads the attribute of a name by Mitsuba's convention: `vertex_` or `face_`, and the common stem of its
+/// properties before `_x`, `_r`, `_0` or the like. Red, green and blue are `color`, or end in it. The
+/// suffixes give the order of the numbers, in whatever order they are declared. A single number is grey, and
+/// its property may have no suffix. An opacity is ignored. Integer colours are fractions of the largest
+/// integer, and not otherwise converted.
 ///
 /// # Errors
-/// [`Error::Mesh`], also if the file has none of this name, or two properties for one of its numbers.
+/// [`Error::Mesh`], also if the file has no attribute of this name, or two properties for one of its numbers.
 pub(in crate::io) fn read_attribute(bytes: &[u8], path: &Path, name: &str) -> Result<PlyAttribute, Error> {
     let error = |(at, problem)| Error::Mesh { place: Place::new(path, at), problem };
     let (header, rest, lines) = header::parse(bytes).map_err(error)?;
@@ -40,7 +41,7 @@ pub(in crate::io) fn read_attribute(bytes: &[u8], path: &Path, name: &str) -> Re
     attribute(&header, &mut *body, name).map_err(error)
 }
 
-/// Where the numbers of an attribute are among the properties of its element, and what each is multiplied by.
+/// The indices of an attribute's numbers among the properties of its element, with their factors.
 type Columns = Vec<(usize, f64)>;
 
 fn attribute(header: &Header, body: &mut dyn Body, name: &str) -> Result<PlyAttribute, Failure> {
@@ -71,11 +72,11 @@ fn attribute(header: &Header, body: &mut dyn Body, name: &str) -> Result<PlyAttr
     }
 }
 
-/// What a property is to attributes.
+/// The role of a property in an attribute.
 struct Channel {
-    /// What the attribute is called, without `vertex_` or `face_`.
+    /// The attribute's name without `vertex_` or `face_`.
     stem: String,
-    /// Which of its numbers this is; 3 is an opacity.
+    /// The index of the number; 3 is an opacity.
     slot: usize,
     is_colour: bool,
 }
@@ -115,7 +116,7 @@ fn known(element: &Element) -> Vec<String> {
     names
 }
 
-/// The first number alone, or the first three; nothing where there are others.
+/// The first number alone, or the first three; `None` for other combinations.
 fn columns(element: &Element, name: &str) -> Result<Option<Columns>, Failure> {
     let mut found: [Option<(usize, f64)>; 4] = [None; 4];
     for (index, property) in element.properties.iter().enumerate() {
@@ -148,7 +149,7 @@ fn largest(kind: Kind) -> f64 {
     }
 }
 
-/// The value of one vertex or face, and how long the list of its corners is.
+/// The value of one vertex or face, and the number of its corners.
 fn value(
     element: &Element,
     body: &mut dyn Body,
@@ -190,7 +191,7 @@ fn vertices(
     Ok(values)
 }
 
-/// As often as a face becomes triangles.
+/// Face values, repeated for each triangle of a face.
 fn faces(
     element: &Element,
     body: &mut dyn Body,

@@ -1,4 +1,4 @@
-//! The numbers after the header.
+//! PLY body: the numbers after the header.
 
 use super::Failure;
 use super::header::Kind;
@@ -7,26 +7,26 @@ use crate::io::{At, MeshProblem};
 
 /// A source of numbers.
 pub(super) trait Body {
-    /// From here on numbers belong to this element.
+    /// Begins an element: the following numbers belong to it.
     fn begin(&mut self, element: &str, index: usize);
 
-    /// Where the last number stood.
+    /// The location of the last number.
     fn place(&self) -> At;
 
-    /// At most how many numbers follow.
+    /// Upper bound on the number of remaining numbers.
     fn remaining(&self) -> usize;
 
     /// The next number.
     fn number(&mut self, kind: Kind) -> Result<f64, Failure>;
 
-    /// The next number, which must be whole.
+    /// The next number, which must be an integer.
     fn integer(&mut self, kind: Kind) -> Result<i64, Failure>;
 
     /// Checks that nothing follows.
     fn finish(&mut self) -> Result<(), Failure>;
 }
 
-/// Numbers as words. Where lines end does not matter.
+/// ASCII numbers, separated by white space. Line ends are not significant.
 pub(super) struct Ascii<'a> {
     rest: &'a [u8],
     line: usize,
@@ -34,12 +34,12 @@ pub(super) struct Ascii<'a> {
 }
 
 impl<'a> Ascii<'a> {
-    /// `lines` come before.
+    /// The body after a header of `lines` lines.
     pub(super) fn new(rest: &'a [u8], lines: usize) -> Self {
         Self { rest, line: lines + 1, element: (String::new(), 0) }
     }
 
-    /// Goes to the next word.
+    /// Skips white space.
     fn skip_space(&mut self) {
         let space = self.rest.iter().position(|b| !b.is_ascii_whitespace()).unwrap_or(self.rest.len());
         self.line += self.rest[..space].iter().filter(|&&b| b == b'\n').count();
@@ -104,7 +104,7 @@ impl Body for Ascii<'_> {
     }
 }
 
-/// Numbers of fixed size.
+/// Binary numbers of fixed size.
 pub(super) struct Binary<'a, const LITTLE: bool> {
     rest: &'a [u8],
     element: (String, usize),

@@ -1,14 +1,14 @@
-//! The header: which elements follow, with which properties.
+//! PLY header: elements and their properties.
 
 use super::Failure;
 use crate::io::error::excerpt;
 use crate::io::{At, MeshProblem};
 
-/// Elements of a header, and properties of an element, that there may be; meshes have some ten, and clouds
-/// of splats sixty.
+/// Maximum number of elements of a header, and of properties of an element; meshes have some ten, and splat
+/// clouds sixty.
 const MOST: usize = 1000;
 
-/// How numbers are stored.
+/// Storage encoding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Encoding {
     Ascii,
@@ -52,7 +52,7 @@ impl Kind {
 #[derive(Debug)]
 pub(super) struct Property {
     pub(super) name: String,
-    /// Where it is announced.
+    /// The line of its declaration.
     pub(super) line: usize,
     /// The type of a list's length, if it is a list.
     pub(super) list: Option<Kind>,
@@ -60,12 +60,12 @@ pub(super) struct Property {
 }
 
 impl Property {
-    /// Whether this list, in the element "face", is its corners.
+    /// Whether this list, in the element "face", holds the corners.
     pub(super) fn is_indices(&self) -> bool {
         self.list.is_some() && matches!(self.name.as_str(), "vertex_index" | "vertex_indices")
     }
 
-    /// Whether this list, in the element "face", is the texture coordinates of its corners.
+    /// Whether this list, in the element "face", holds the texture coordinates of the corners.
     pub(super) fn is_coordinates(&self) -> bool {
         self.list.is_some() && self.name == "texcoord"
     }
@@ -84,7 +84,7 @@ pub(super) struct Header {
     pub(super) elements: Vec<Element>,
 }
 
-/// The header, the bytes after it, and how many lines it has.
+/// Parses the header; also returns the bytes after it, and its number of lines.
 pub(super) fn parse(bytes: &[u8]) -> Result<(Header, &[u8], usize), Failure> {
     let mut rest = bytes;
     let mut encoding = None;
@@ -193,7 +193,7 @@ fn check_element(name: &str, before: &[Element]) -> Result<(), MeshProblem> {
     Ok(())
 }
 
-/// Vertices before faces, and corners in faces.
+/// Checks that vertices precede faces, and that faces have corners.
 fn check(elements: &[Element]) -> Result<(), MeshProblem> {
     let position = |name| elements.iter().position(|e: &Element| e.name == name);
     let Some(vertex) = position("vertex") else {

@@ -1,8 +1,8 @@
 //! Stanford PLY.
 //!
-//! Read by hand: `ply-rs-bw` stores one element for each that the header announces, so that a binary file that
-//! announces many without properties fills any memory; it allocates once for every face; and it does not see
-//! what follows the last element.
+//! A parser of our own: `ply-rs-bw` stores one element for each that the header declares, so that a binary
+//! file that declares many without properties exhausts any memory; it allocates once for every face; and it
+//! ignores data after the last element.
 
 mod attribute;
 mod body;
@@ -26,13 +26,12 @@ pub use self::write::write_ply;
 
 /// Reads the triangles of a PLY file: ASCII, or binary of either byte order. `path` is for messages.
 ///
-/// Of the element `vertex` the properties x y z, nx ny nz and u v are read, or in their place s t, or
-/// `texture_u` `texture_v`; of `face` the list `vertex_index` or `vertex_indices`, and `texcoord`, by which
-/// MeshLab gives the corners of a face texture coordinates that go before those of vertices; all else is
-/// skipped. Faces with an empty `texcoord` are at (0, 0) where others have some. Polygons become fans around
-/// their first corner, and where they have dents triangles that do not leave them. Without nx ny nz the
-/// normals are weighted by angles on the file's own vertices, so that vertices the file has twice make a
-/// crease.
+/// The properties x y z, nx ny nz and u v (or s t, or `texture_u` `texture_v`) of the element `vertex` are
+/// read, and of `face` the list `vertex_index` or `vertex_indices`, and `texcoord`, MeshLab's texture
+/// coordinates of a face's corners, which take precedence over those of vertices; everything else is skipped.
+/// Faces with an empty `texcoord` get (0, 0) if others have some. Polygons become fans around their first
+/// corner, or, if not convex, triangles inside the polygon. Without nx ny nz the normals are weighted by
+/// angles on the file's own vertices, so that duplicated vertices make a crease.
 ///
 /// # Errors
 /// [`Error::Mesh`], with the line or the element.
@@ -52,7 +51,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Soup, Error> {
     .map_err(error)
 }
 
-/// A problem and its place.
+/// A problem and its location.
 type Failure = (At, MeshProblem);
 
 fn elements<B: Body + ?Sized>(header: &Header, body: &mut B) -> Result<Soup, Failure> {
@@ -80,15 +79,15 @@ fn elements<B: Body + ?Sized>(header: &Header, body: &mut B) -> Result<Soup, Fai
     Ok(soup)
 }
 
-/// How many elements to make room for: no more than the rest of the file can hold.
+/// Number of elements to allocate: no more than the rest of the file can hold.
 fn room<B: Body + ?Sized>(element: &Element, body: &B) -> usize {
     element.count.min(body.remaining())
 }
 
 fn vertices<B: Body + ?Sized>(element: &Element, body: &mut B, soup: &mut Soup) -> Result<(), Failure> {
-    /// Where each of the eight numbers goes.
+    /// Slots of the first six of the eight numbers of a vertex.
     const SLOTS: [&str; 6] = ["x", "y", "z", "nx", "ny", "nz"];
-    /// What the last two may be called: the first of these that is there.
+    /// Names of the last two, in order of precedence.
     const COORDINATES: [[&str; 2]; 3] = [["u", "v"], ["s", "t"], ["texture_u", "texture_v"]];
     let names = |name: &str| element.properties.iter().any(|p| p.list.is_none() && p.name == name);
     let coordinates = COORDINATES.iter().find(|pair| pair.iter().all(|name| names(name)));
@@ -184,13 +183,13 @@ fn faces<B: Body + ?Sized>(element: &Element, body: &mut B, soup: &mut Soup) -> 
     Ok(())
 }
 
-/// What a face says, read anew for each.
+/// One face, reused for all.
 #[derive(Default)]
 struct Face {
     corners: Vec<u32>,
-    /// Two for each corner, or none.
+    /// Two numbers for each corner, or none.
     coordinates: Vec<f64>,
-    /// The number of its texture, if it has one.
+    /// The index of its texture, if it has one.
     texture: Option<i64>,
 }
 
@@ -231,17 +230,17 @@ impl Face {
     }
 }
 
-/// Texture coordinates that faces give their corners.
+/// Texture coordinates that faces assign to their corners.
 #[derive(Default)]
 struct FaceCoordinates {
     values: Vec<DVec2>,
     triangles: Vec<[u32; 3]>,
-    /// At most two of the numbers of textures.
+    /// At most two of the texture indices.
     textures: Vec<i64>,
 }
 
 impl FaceCoordinates {
-    /// Those of a face, which becomes these triangles of its corners.
+    /// Adds those of a face with these triangles of its corners.
     fn push(&mut self, face: &Face, triangles: &[[usize; 3]]) {
         let first = self.values.len();
         self.values.extend(face.coordinates.chunks_exact(2).map(DVec2::from_slice));
@@ -265,7 +264,7 @@ fn corner<B: Body + ?Sized>(property: &Property, body: &mut B, count: usize) -> 
     }
 }
 
-/// The length of a list, which the rest of the file has room for.
+/// The length of a list, checked against the rest of the file.
 fn length<B: Body + ?Sized>(property: &Property, body: &mut B) -> Result<usize, Failure> {
     let Some(kind) = property.list else { return Ok(0) };
     let length = body.integer(kind)?;
@@ -284,7 +283,7 @@ fn length<B: Body + ?Sized>(property: &Property, body: &mut B) -> Result<usize, 
 
 fn skip<B: Body + ?Sized>(element: &Element, body: &mut B) -> Result<(), Failure> {
     if element.properties.is_empty() {
-        // Nothing stands in the file, however many there are.
+        // The elements take no bytes, however many there are.
         return Ok(());
     }
     for index in 0..element.count {

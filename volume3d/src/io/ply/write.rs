@@ -1,4 +1,4 @@
-//! Writing PLY.
+//! PLY export.
 
 use std::collections::HashMap;
 use std::io::Write;
@@ -11,8 +11,8 @@ use crate::io::{Error, files};
 ///
 /// Given normals and texture coordinates become properties of the vertices. PLY has one topology only: a
 /// position that carries several normals or texture coordinates becomes several vertices. [`read_ply`] welds
-/// them again; but if the normals are weighted by angles, a seam of texture coordinates is a crease afterwards.
-/// Whether the normals are those of the faces is not written: it is the scene that says `face_normals`.
+/// them again; but with angle-weighted normals, a texture seam becomes a crease. Whether the normals are
+/// those of the faces is not written: the scene stores it as `face_normals`.
 ///
 /// # Errors
 /// [`Error::File`].
@@ -58,8 +58,8 @@ fn numbers(file: &mut impl Write, values: &[f64]) -> std::io::Result<()> {
     values.iter().try_for_each(|x| file.write_all(&x.to_le_bytes()))
 }
 
-/// Every combination of a position, a normal and a texture coordinate once, and three of them for every
-/// triangle.
+/// Every combination of a position, a normal and a texture coordinate once, and the three combinations of
+/// every triangle.
 fn split(mesh: &Mesh) -> (Vec<[u32; 3]>, Vec<[u32; 3]>) {
     let normals = match mesh.normals() {
         Normals::Face => None,

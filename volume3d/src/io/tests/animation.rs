@@ -1,4 +1,4 @@
-//! Transforms that move.
+//! Animated transforms.
 
 use glam::DVec3;
 
@@ -27,7 +27,7 @@ fn lenient(text: &str, is_lenient: bool) -> (Description, Vec<Note>) {
     read_scene_with(text.as_bytes(), here("dir/s.xml"), &options, &none).unwrap()
 }
 
-/// The middle of the first shape, and half its width.
+/// The centre of the first shape, and half its width.
 fn box_of(d: &Description) -> (DVec3, f64) {
     let positions = d.shapes[0].mesh.positions();
     let low = positions.iter().copied().reduce(DVec3::min).unwrap();
@@ -54,7 +54,8 @@ fn an_animation_is_still_at_the_time_of_the_shutter() {
     assert!((box_of(&read(&one).unwrap()).0 - 2.0 * DVec3::X).length() < 1e-12);
 }
 
-/// What moves while the shutter is open would be blurred: it is refused, and leniently at the middle of the time.
+/// An object that moves while the shutter is open would be blurred: it is refused, and leniently evaluated at
+/// the middle of the time.
 #[test]
 fn blur_is_refused() {
     let text = scene(&open_from(0.0, 1.0), KEYS);

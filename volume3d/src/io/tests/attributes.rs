@@ -1,4 +1,4 @@
-//! Textures that are attributes of a PLY file.
+//! Mesh attributes of a PLY file as textures.
 
 use std::path::Path;
 
@@ -10,7 +10,8 @@ use crate::io::{Error, ReadOptions, load_scene, read_scene, read_scene_with, wri
 use crate::optimize::{ParameterError, Quantity};
 use crate::scene::{Bsdf, Description, Reflectance, Scene, Value};
 
-/// A square of which the vertices and the faces have colours and numbers, and a triangle with bytes for colours.
+/// A square of which the vertices and the faces have colours and numbers, and a triangle with bytes for
+/// colours.
 const SQUARE: &str = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
     property float r\nproperty float g\nproperty float b\nproperty float w_x\nproperty float tint_r\n\
     property float tint_g\nproperty float tint_b\nproperty float tint_a\nproperty float pair_x\nproperty float pair_y\n\
@@ -57,7 +58,8 @@ fn ply(file: &str, bsdf: &str) -> String {
     format!("<shape type='ply'><string name='filename' value='{file}.ply'/>{bsdf}</shape>")
 }
 
-/// The colours that a shape's only texture has at points of a triangle, by their weights, looked up bilinearly.
+/// The colours that a shape's only texture has at points of a triangle, by their weights, looked up
+/// bilinearly.
 fn seen(scene: &Description, triangle: usize, weights: [f64; 3]) -> DVec3 {
     let texture = &scene.textures[0];
     let uvs = scene.shapes[0].mesh.uvs().unwrap();
@@ -115,7 +117,8 @@ fn attributes_of_turned_triangles() {
     close(seen(&scene, 0, [0.0, 0.0, 1.0]), DVec3::splat(0.5));
 }
 
-/// A material that several meshes have is made for each of them, and several attributes share one set of coordinates.
+/// A material shared by several meshes is made for each of them, and several attributes share one set of
+/// coordinates.
 #[test]
 fn attributes_of_several_meshes() {
     let shared = format!(
@@ -141,7 +144,7 @@ fn attributes_of_several_meshes() {
     assert_eq!((a.width, a.height), (b.width, b.height));
 }
 
-/// What the numbers of a colour are called says which is which.
+/// Suffixes determine the order of the numbers of a colour.
 #[test]
 fn channels_are_found_by_name() {
     for (name, expected) in
@@ -155,12 +158,12 @@ fn channels_are_found_by_name() {
         twice.ends_with("mixed.ply:15: expected each number of an attribute once, found \"q_0\""),
         "{twice}"
     );
-    // An opacity alone is no number.
+    // An opacity alone is not an attribute.
     let none = message(read(&ply("mixed", &diffuse("vertex_l_color"))));
     assert!(none.ends_with("the file has vertex_color, vertex_t"), "{none}");
 }
 
-/// A material that stands beside attributes for one mesh and without them for another has two names.
+/// A material used with attributes for one mesh and without them for another has two names.
 #[test]
 fn materials_beside_attributes_have_names_of_their_own() {
     let blend = |second: &str| {
@@ -191,7 +194,7 @@ fn materials_beside_attributes_have_names_of_their_own() {
     assert!(scene.is_ok() && ids.len() == 2 && ids[0] == "m", "{scene:?} {ids:?}");
 }
 
-/// Materials that refer to themselves are looked at once.
+/// Materials that refer to themselves are visited once.
 #[test]
 fn attributes_are_looked_for_in_finite_time() {
     let text = format!("<bsdf type='diffuse' id='a'>{}</bsdf>", "<ref id='a'/>".repeat(10));
@@ -203,7 +206,8 @@ fn attributes_are_looked_for_in_finite_time() {
     assert!(read(&format!("{chain}{end}")).is_err());
 }
 
-/// The fourth texel of a triangle may be out of range where no triangle shows it, also when it has been written.
+/// The fourth texel of a triangle may be out of range where no triangle shows it, also when it has been
+/// written.
 #[test]
 fn written_attributes_are_read_again() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! A scene for every row of the guide's page of deviations, so that the page says what is so.
+//! One scene for every row of the guide's page of deviations, which verifies the page.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -18,8 +18,8 @@ const SENSOR: &str = "<sensor type='perspective'><float name='fov' value='30'/><
     <lookat origin='0,0,4' target='0,0,0' up='0,1,0'/></transform><film type='hdrfilm'><integer name='width' value='4'/>\
     <integer name='height' value='4'/><rfilter type='box'/></film></sensor>";
 
-/// A folded sheet whose two faces meet in a seam of texture coordinates, two faces with normals to the back, smooth
-/// normals, a dented face, a curve.
+/// A folded sheet whose two faces meet in a seam of texture coordinates, two faces with normals to the back,
+/// smooth normals, a dented face, a curve.
 fn open(path: &Path) -> std::io::Result<Vec<u8>> {
     let text = match path.file_name().and_then(|name| name.to_str()) {
         Some("seam.obj") => {
@@ -56,7 +56,7 @@ fn whole(text: &str) -> (Description, Vec<Note>) {
     read_as(&format!("<scene version='3.0.0'>{text}</scene>"), false).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// What is in a scene with a sensor.
+/// The contents of a scene with a sensor.
 fn scene(body: &str) -> Description {
     whole(&format!("{SENSOR}{body}")).0
 }
@@ -224,7 +224,8 @@ const IMAGES: &[Case] = &[
         );
     }),
     ("images of few samples", || {
-        // That of one sample of a constant scene, in which quotients are exact, is exact; means are tested beside renderings.
+        // That of one sample of a constant scene, in which quotients are exact, is exact; means are tested
+        // beside renderings.
         let film = SENSOR.replace("<rfilter type='box'/>", "");
         let d = whole(&format!("{film}{SKY}")).0;
         assert!(!d.film.sample_border && d.film.filter == Filter::Gaussian { deviation: 0.5 });

@@ -1,4 +1,4 @@
-//! What scenes of other programs have that share the format, and what has another name there.
+//! Features of other programs that share the format, and their alternative names.
 
 use glam::DVec3;
 
@@ -96,7 +96,8 @@ fn films_that_resolve_time() {
     assert_eq!(told, 7, "{notes:?}");
 }
 
-/// What shows no light of its own is rendered as `path`; a sky that is not read is, leniently, the same everywhere.
+/// An integrator without light transport is rendered as `path`; a sky that is not read is, leniently, the
+/// same everywhere.
 #[test]
 fn what_stands_for_another() {
     let text = format!(
@@ -120,7 +121,8 @@ fn what_stands_for_another() {
     );
 }
 
-/// Glass is mixed with paper, with other glass or with a mirror, on its own two sides; filters and sides are not.
+/// Glass is mixed with paper, with other glass or with a mirror, on its own two sides; filters and sides are
+/// not.
 #[test]
 fn mixtures_of_what_light_passes() {
     let (glass, paper) = ("<bsdf type='dielectric'/>", "<bsdf type='diffuse'/>");

@@ -1,4 +1,4 @@
-//! Pictures with masks and cameras.
+//! DTU folders: pictures with masks and cameras.
 
 use std::io::Write as _;
 use std::path::Path;
@@ -15,7 +15,7 @@ use crate::gradient::FilmPlane;
 use crate::io::dtu::{Folder, View, read_views};
 use crate::scene::{Description, Film, Scene};
 
-/// How an array is stored.
+/// Storage of an array.
 #[derive(Clone, Copy)]
 enum Stored {
     Double,

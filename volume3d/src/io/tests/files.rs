@@ -1,4 +1,4 @@
-//! What readers and writers have in common.
+//! Common properties of readers and writers.
 
 use super::{here, message};
 use crate::Image;

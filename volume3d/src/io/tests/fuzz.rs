@@ -1,4 +1,4 @@
-//! Mutated files: whatever is in a file, readers return. The same mutations each time.
+//! Mutated files: readers return for any content. The mutations are deterministic.
 
 use flatland::random::{open01, stream};
 use glam::DVec3;
@@ -44,7 +44,7 @@ fn mutate(target: fn(&[u8]), name: u64, count: u64, seeds: &[Vec<u8>]) {
     }
 }
 
-/// What readers stumble over.
+/// Hostile tokens.
 const HOSTILE: [&[u8]; 18] = [
     b"-1",
     b"0",

@@ -1,4 +1,4 @@
-//! Images.
+//! Image files.
 
 use std::io::Cursor;
 
@@ -184,7 +184,7 @@ fn signed_png_states_its_range() {
     assert!(found[1..] == [signed_colour(0.75 / 3.0, 0.5), expected[2]], "{found:?}");
 }
 
-/// Found by fuzzing: the decoder made room for tiles of any size.
+/// Found by fuzzing: the decoder allocated tiles of any size.
 #[test]
 fn exr_tiles_larger_than_the_file_are_refused() {
     let image = DynamicImage::ImageRgb32F(ImageBuffer::from_pixel(4, 4, Rgb([0.5_f32; 3])));

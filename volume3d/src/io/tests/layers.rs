@@ -77,7 +77,7 @@ fn layers_are_chosen_by_name() {
     assert!(message.contains("only OpenEXR images have layers"), "{message}");
 }
 
-/// What is stored may be smaller than the picture, or reach beyond it.
+/// The data window may be smaller than the picture, or extend beyond it.
 #[test]
 fn what_is_stored_is_put_where_it_belongs() {
     let folder = tempfile::tempdir().unwrap();

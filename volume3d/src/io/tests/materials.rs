@@ -1,4 +1,4 @@
-//! Materials and lights in a point, as scenes say them.
+//! Materials and point-like lights in scene files.
 
 use glam::DVec3;
 

@@ -20,7 +20,7 @@ fn interior(parameters: &str) -> Medium {
     scene.media[0].clone()
 }
 
-/// What is within a surface that no light passes is not seen; what is within others is, if the integrator looks at it.
+/// A medium within an opaque surface is invisible; others are visible if the integrator supports media.
 #[test]
 fn media_are_read_where_they_are_seen() {
     let medium = "<medium name='interior' type='homogeneous'><rgb name='sigma_t' value='1'/></medium>";

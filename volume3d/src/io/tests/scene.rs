@@ -176,7 +176,8 @@ fn fields_of_view() {
         let camera = camera(&format!("{film}{flat}<string name='fov_axis' value='{axis}'/>")).camera;
         assert!(((0.5 * camera.field_of_view).tan() - expected).abs() < 1e-12, "{axis}");
     }
-    // Mitsuba shows at (u, v) what a centred camera shows at (u, v) + offset: the axis is at the middle less the offset.
+    // Mitsuba shows at (u, v) what a centred camera shows at (u, v) + offset: the axis is at the middle less
+    // the offset.
     let offset = "<float name='principal_point_offset_x' value='0.1'/><float name='principal_point_offset_y' value='-0.2'/>";
     assert_eq!(camera(offset).camera.principal_point, DVec2::new(-0.1, 0.2));
     let long = camera(&format!("{film}<string name='focal_length' value='100 mm'/>")).camera.field_of_view;

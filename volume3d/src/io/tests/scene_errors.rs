@@ -81,8 +81,8 @@ text
     assert!(case(&deep).ends_with("more than 64 levels of elements"));
 }
 
-/// A file that includes itself is named where it does so, after the files that lead there; a file that is included
-/// twice side by side is no cycle.
+/// A file that includes itself is named where it does so, after the files that lead there; a file that is
+/// included twice side by side is no cycle.
 #[test]
 fn cyclic_includes() {
     check_table(

@@ -1,4 +1,5 @@
-//! What scenes of other people have: versions before 2, search folders, aliases, curved shapes, spectra, and options.
+//! Features of public scenes: versions before 2, search folders, aliases, curved shapes, spectra, and
+//! options.
 
 use glam::{DAffine2, DVec2, DVec3};
 

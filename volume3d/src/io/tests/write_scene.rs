@@ -13,7 +13,8 @@ use crate::scene::{
 use crate::sdf::network::{Architecture, Network};
 use crate::sdf::{Baked, Grid, Interpolation};
 
-/// A square of two triangles whose diagonal is a crease of computed normals and whose texture is torn elsewhere.
+/// A square of two triangles whose diagonal is a crease of computed normals and whose texture is torn
+/// elsewhere.
 fn creased(uvs: bool) -> Mesh {
     let positions = vec![DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, 0.3), DVec3::Y, DVec3::splat(7.0 / 3.0)];
     let mesh = Mesh::new(positions, vec![[0, 1, 2], [0, 2, 3]]).unwrap();

@@ -11,7 +11,7 @@ use crate::scene::{Camera, Description, Environment, Film, Filter, Material, Sce
 use crate::sdf::network::{Architecture, Network};
 use crate::sdf::{Baked, Grid, Guided, Interpolation, Slopes, redistance};
 
-/// A black thing before the sky.
+/// A black object in front of the sky.
 fn scene(surface: impl crate::scene::Implicit) -> Scene {
     let camera = Camera::look_at(DVec3::Z * 4.0, DVec3::ZERO, DVec3::Y, 0.7);
     let film =
@@ -87,7 +87,7 @@ fn network() -> Scene {
     scene(Baked::new(network, (DVec3::splat(-1.5), DVec3::splat(1.5)), 12).expect("a grid"))
 }
 
-/// Its grid becomes finer on the way, its weights stay as many, and it goes on with the same bits.
+/// A network's grid is refined during the fit, the number of weights stays, and the fit resumes bit for bit.
 #[test]
 fn a_network_grows_to_its_outline() {
     let target = scene(sampled(0.9));
@@ -123,7 +123,7 @@ fn a_network_grows_to_its_outline() {
     }
 }
 
-/// In the end the network itself is traced, with the same bits if the fit is left off before or after.
+/// At the end the network itself is traced, with the same bits if the fit is interrupted before or after.
 #[test]
 fn a_network_is_finished_on_itself() {
     let target = scene(sampled(0.9));
@@ -163,7 +163,7 @@ fn a_network_is_finished_on_itself() {
     assert_eq!(error, FitError::NoNetwork { parameter: "shape.sdf".to_owned() });
 }
 
-/// Of a network itself, forward and reverse.
+/// Gradients of a network traced directly, forward and reverse.
 #[test]
 fn gradients_reach_the_weights_of_a_network_itself() {
     let baked: Baked = network().description().implicits[0].surface.downcast().cloned().expect("a network");
@@ -181,7 +181,7 @@ fn gradients_reach_the_weights_of_a_network_itself() {
     assert!(along.abs() > 1e-3 && (along - found).abs() < 1e-5 * along.abs(), "{along} {found}");
 }
 
-/// Weights by the chain rule are what the nodes' gradient gives, forward and reverse.
+/// Weight gradients by the chain rule equal those from the nodes' gradient, forward and reverse.
 #[test]
 fn gradients_reach_the_weights() {
     let scene = network();
@@ -197,7 +197,7 @@ fn gradients_reach_the_weights() {
     let along: f64 = forward.gradient.pixels.iter().map(|p| p.dot(adjoint.pixels[0])).sum();
     let found: f64 = by_weights.iter().zip(&change.implicits[0].parameters).map(|(a, b)| a * b).sum();
     assert!(along.abs() > 1e-3 && (along - found).abs() < 1e-5 * along.abs(), "{along} {found}");
-    // The same surface as a grid of its own.
+    // The same surface as a plain grid.
     let baked: Baked = scene.description().implicits[0].surface.downcast().cloned().expect("a network");
     let as_grid = self::scene(baked.grid().clone());
     let active = ActiveParameters::everything(&as_grid);
@@ -215,7 +215,7 @@ fn distances_are_asked_of_grids_only() {
     assert_eq!(error, FitError::NoGrid { parameter: "shape.sdf".to_owned() });
 }
 
-/// From 6 cells to 12 and 24, with the same bits if it is left off in the middle.
+/// Refinement from 6 cells to 12 and 24, with the same bits if the fit is interrupted in the middle.
 #[test]
 fn grids_become_finer_and_fits_go_on() {
     let target = scene(sampled(0.9));
@@ -264,7 +264,7 @@ fn grids_become_finer_and_fits_go_on() {
     }
 }
 
-/// A state of a finer fit than this is refused before anything becomes finer.
+/// The state of a finer fit is refused before any grid is refined.
 #[test]
 fn states_of_other_fits_change_nothing() {
     let target = scene(sampled(0.9));

@@ -1,7 +1,7 @@
-//! The mean of the parameters of the last steps.
+//! Running average of the parameters over the last steps.
 //!
-//! With noisy gradients and a rate that does not fall to 0, parameters end somewhere around a minimum, and their mean nearer to it (Polyak and
-//! Juditsky 1992). It changes no step: what is fitted goes its way, and the mean comes after.
+//! With noisy gradients and a rate that does not fall to 0, parameters end somewhere around a minimum, and
+//! their mean nearer to it (Polyak and Juditsky 1992). The average does not influence the steps.
 
 use glam::{DQuat, DVec3};
 
@@ -10,8 +10,8 @@ use super::super::pose::rotation_vector;
 
 /// x̄ after step t, counted from 1, which led to x: x̄ + w (x − x̄) with w = max(1 − β, 1/t).
 ///
-/// So it is the plain mean of all steps at first, in which the start does not count, and from step 1/(1 − β) on one that forgets. Rotations take
-/// that part of the turn from their mean to where they are.
+/// This is the plain mean of all steps at first, without the start, and an exponential average from step 1/(1
+/// − β) on. Rotations move by the fraction w of the turn from their mean to their current value.
 pub(super) fn after(parameters: &Parameters, mean: &[f64], x: &[f64], decay: f64, t: u64) -> Vec<f64> {
     let weight = (1.0 - decay).max(1.0 / t as f64);
     if weight == 1.0 {
@@ -29,7 +29,7 @@ pub(super) fn after(parameters: &Parameters, mean: &[f64], x: &[f64], decay: f64
     next
 }
 
-/// The mean where some groups of parameters have become other numbers, x, with which it begins anew.
+/// The mean after some groups of parameters were resized: for these it begins anew with x.
 pub(super) fn resized(before: &Parameters, mean: &[f64], after: &Parameters, x: &[f64]) -> Vec<f64> {
     let pairs = before.groups().iter().zip(after.groups());
     let of = |(old, new): (&super::super::Group, &super::super::Group)| {
@@ -44,7 +44,7 @@ mod tests {
     use super::*;
     use crate::optimize::tests::scene;
 
-    /// Against the sum of all x with their weights, which is a product.
+    /// Compares with the sum of all x with their weights, which is a product.
     #[test]
     fn the_mean_is_plain_at_first_and_then_forgets() {
         let scene = scene();
@@ -69,7 +69,8 @@ mod tests {
         }
     }
 
-    /// Half a turn one way and half a turn the other are next to one another; the mean of their vectors would be no turn.
+    /// Half a turn one way and half a turn the other are next to one another; the mean of their vectors would
+    /// be no turn.
     #[test]
     fn rotations_are_averaged_as_turns() {
         let scene = scene();

@@ -1,4 +1,4 @@
-//! A fit: steps down the gradient of an objective, which can be left off and gone on with.
+//! Gradient-descent fits of an objective, which can be interrupted and resumed.
 
 mod error;
 #[cfg(test)]
@@ -31,50 +31,50 @@ use crate::gradient::Progress;
 use crate::scene::{ImplicitSurface, Scene, SceneError};
 use crate::sdf::Grid;
 
-/// How long a fit goes on, and what it looks at.
+/// Length and view schedule of a fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plan {
-    /// Steps in all.
+    /// Total number of steps.
     pub steps: u64,
-    /// How rates change.
+    /// Learning-rate schedule.
     pub schedule: Schedule,
-    /// Views that a step looks at. Every view has its turn in each round, in an order of its own; the last step of a round may have
-    /// fewer.
+    /// Views per step. Every view is used once in each round, in a new random order; the last step of a round
+    /// may have fewer.
     pub views_per_step: usize,
-    /// The seed of everything random.
+    /// The seed of all random numbers.
     pub seed: u64,
 }
 
-/// Where a fit is: all that is needed to go on, to the same bits.
+/// The complete state of a fit, from which it resumes bit for bit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct State {
     /// The values of the parameters.
     pub x: Vec<f64>,
-    /// One for each group of parameters.
+    /// The optimiser of each group of parameters.
     adams: Vec<Adam>,
-    /// What was found in each step so far.
+    /// The record of each step so far.
     pub records: Vec<Record>,
-    /// The [mean](Fit::averaged) of x, where one is kept; nothing otherwise.
+    /// The [mean](Fit::averaged) of x, if one is kept; otherwise empty.
     mean: Vec<f64>,
 }
 
-/// Parameters of a scene on their way to a minimum.
+/// A running fit of parameters of a scene.
 #[derive(Clone, Debug)]
 pub struct Fit {
     objective: Objective,
     parameters: Parameters,
     plan: Plan,
     optimizers: Vec<Optimizer>,
-    /// β of the mean of parameters.
+    /// Decay β of the mean of the parameters.
     averaged: Option<f64>,
     state: State,
     times: Times,
 }
 
-/// A loss so many times that of the first step ends a fit.
+/// Divergence threshold: the fit ends when the loss is this many times that of the first step.
 const DIVERGES: f64 = 1e3;
 
-/// Purposes of random numbers.
+/// Purposes of random-number streams.
 const STEP: u64 = 0;
 const ORDER: u64 = 1;
 const CHECK: u64 = 2;
@@ -83,7 +83,8 @@ impl Fit {
     /// A fit that begins at x, with one optimiser for each group of parameters.
     ///
     /// # Panics
-    /// If there is not one optimiser for each group, or one number for each parameter, or large steps are of another mesh.
+    /// - If there is not one optimiser for each group, or one number for each parameter.
+    /// - If large steps were made for another mesh.
     #[must_use]
     pub fn new(
         parameters: Parameters,
@@ -104,13 +105,14 @@ impl Fit {
         Self { objective, parameters, plan, optimizers, averaged: None, state, times: Times::default() }
     }
 
-    /// The same with a mean of the parameters, x̄ ← β x̄ + (1 − β) x after each step, which is then its [`result`](Self::result); the plain mean
-    /// of all steps while these are fewer than 1/(1 − β), so that the start does not count. For rates that do not fall to 0: 0.95 averages over about
-    /// 20 steps, as the code of Vicini et al. (2022) does. No step depends on it. Where a [grid](super::GridSteps::refine) becomes finer it begins
-    /// anew.
+    /// Keeps a mean of the parameters, x̄ ← β x̄ + (1 − β) x after each step, which is then the
+    /// [`result`](Self::result); it is the plain mean of all steps, without the start, while there are fewer
+    /// than 1/(1 − β). Meant for rates that do not fall to 0: 0.95 averages over about 20 steps, as the code
+    /// of Vicini et al. (2022) does. It does not influence the steps. Where a
+    /// [grid](super::GridSteps::refine) is refined it begins anew.
     ///
     /// # Panics
-    /// If β is not from 0 to below 1, or steps were taken.
+    /// If β is not in [0, 1), or steps were taken.
     #[must_use]
     pub fn averaged(mut self, decay: f64) -> Self {
         assert!((0.0..1.0).contains(&decay), "β is from 0 to below 1");
@@ -120,66 +122,68 @@ impl Fit {
         self
     }
 
-    /// Where it is.
+    /// The current state.
     #[must_use]
     pub fn state(&self) -> &State {
         &self.state
     }
 
-    /// What is fitted.
+    /// The fitted parameters.
     #[must_use]
     pub fn parameters(&self) -> &Parameters {
         &self.parameters
     }
 
-    /// What is minimised.
+    /// The minimised objective.
     #[must_use]
     pub fn objective(&self) -> &Objective {
         &self.objective
     }
 
-    /// Steps that were taken.
+    /// The number of steps taken.
     #[must_use]
     pub fn steps_taken(&self) -> u64 {
         self.state.records.len() as u64
     }
 
-    /// Whether there is no step left.
+    /// Whether all steps are taken.
     #[must_use]
     pub fn is_done(&self) -> bool {
         self.steps_taken() >= self.plan.steps
     }
 
-    /// Where the time of the steps of this run went.
+    /// Time spent in each part of the steps of this run.
     #[must_use]
     pub fn times(&self) -> Times {
         self.times
     }
 
-    /// What has been found so far: the [mean](Self::averaged) of the parameters if there is one, and otherwise where they are.
+    /// The result so far: the [mean](Self::averaged) of the parameters if there is one, otherwise their
+    /// current values.
     #[must_use]
     pub fn result(&self) -> &[f64] {
         if self.averaged.is_some() { &self.state.mean } else { &self.state.x }
     }
 
-    /// Gives the scene what has been [found](Self::result).
+    /// Sets the scene to the [result](Self::result) so far.
     ///
     /// # Errors
-    /// A [`SceneError`] if it is none of this scene's.
+    /// A [`SceneError`] if the values do not fit this scene.
     pub fn apply_result(&self, scene: &mut Scene) -> Result<(), SceneError> {
         self.parameters.apply(self.result(), scene)
     }
 
-    /// Gives the scene the values so far.
+    /// Sets the scene to the current values of the parameters.
     ///
     /// # Errors
-    /// A [`SceneError`] if they are none of this scene's.
+    /// A [`SceneError`] if the values do not fit this scene.
     pub fn apply(&self, scene: &mut Scene) -> Result<(), SceneError> {
         self.parameters.apply(&self.state.x, scene)
     }
 
-    /// Which groups of parameters change no pixel of a view, by view: nobody sees them there. A few samples a pixel are
-    /// spent, with weights that do not depend on the target. What is seen in few pixels may be missed.
+    /// Groups of parameters that change no pixel of a view, by view, because they are not visible there. The
+    /// test spends a few samples a pixel, with weights that do not depend on the target. Objects visible in
+    /// few pixels may be missed.
     ///
     /// # Errors
     /// An [`ObjectiveError`].
@@ -192,7 +196,7 @@ impl Fit {
     ) -> Result<Vec<usize>, ObjectiveError> {
         self.objective.look(scene, view)?;
         let target = &self.objective.views[view].target;
-        // Weights of one sign but no pattern that a gradient could be orthogonal to.
+        // Random weights of one sign, so that no gradient pattern is orthogonal to them.
         let mut random = stream(self.plan.seed, &[CHECK, view as u64, 1]);
         let mut weight = || 0.5 + flatland::random::open01(&mut random);
         let pixels = target.pixels.iter().map(|_| glam::DVec3::from_array(std::array::from_fn(|_| weight())));
@@ -208,7 +212,7 @@ impl Fit {
             .collect())
     }
 
-    /// Takes one step, and brings the scene to where it leads. Does nothing once all are taken.
+    /// Takes one step and updates the scene. Does nothing once all steps are taken.
     ///
     /// # Errors
     /// A [`FitError`]; the state is then that before the step.
@@ -282,7 +286,7 @@ impl Fit {
             let numbers = next.len();
             (parameters, next) = surface::replace(parameters, &next, i, surface, scene)?;
             if next.len() != numbers {
-                // Other numbers have no history.
+                // Resized groups have no history.
                 adams[i] = self.optimizers[i].adam.clone();
             }
         }
@@ -299,7 +303,7 @@ impl Fit {
         Ok(())
     }
 
-    /// The grid whose nodes a group of parameters is, if they have steps of their own.
+    /// The grid whose nodes a group of parameters is, if the group has grid steps.
     fn grid<'s>(&self, group: usize, scene: &'s Scene) -> Result<Option<&'s Grid>, FitError> {
         let Some(steps) = &self.optimizers[group].grid else { return Ok(None) };
         let group = &self.parameters.groups()[group];
@@ -326,8 +330,8 @@ impl Fit {
             }
         }
         let Some(first) = self.state.records.first().map(|r| r.loss + r.penalty) else { return Ok(()) };
-        // The first views may have shown next to nothing, or the fit may have begun where it is to end: it has not diverged while
-        // it is no worse than a thousand black pictures.
+        // The first views may have been almost empty, or the fit may have begun at its minimum: it has not
+        // diverged while the loss is at most a thousand times that of black images.
         let black = views.iter().map(|&v| {
             let (width, height) = self.objective.views[v].target.size();
             let nothing = Image::constant(width, height, glam::DVec3::ZERO);
@@ -349,15 +353,15 @@ impl Fit {
         stream(self.plan.seed, words).next_u64()
     }
 
-    /// How many steps it takes until every view has had its turn.
+    /// The number of steps of a round, in which every view is used once.
     #[must_use]
     pub fn round(&self) -> usize {
         let count = self.objective.views.len();
         count.div_ceil(self.plan.views_per_step.clamp(1, count.max(1)))
     }
 
-    /// The views of step t, in increasing order. In a round of steps every view has one turn; where the views of a round do not
-    /// suffice for its last step, that step looks at fewer.
+    /// The views of step t, in increasing order. Every view is used once in a round; if the views of a round
+    /// do not suffice for its last step, that step has fewer.
     fn views(&self, t: u64) -> Vec<usize> {
         let count = self.objective.views.len();
         let each = self.plan.views_per_step.clamp(1, count.max(1)) as u64;
@@ -373,7 +377,8 @@ impl Fit {
         let round = place.checked_div(count)?;
         let mut random = stream(self.plan.seed, &[ORDER, round]);
         let mut order: Vec<usize> = (0..count as usize).collect();
-        // Fisher and Yates; the remainder's bias is below 10⁻¹⁶ for any number of views that fit into memory.
+        // Fisher–Yates shuffle; the bias of the remainder is below 10⁻¹⁶ for any number of views that fit
+        // into memory.
         (1..order.len()).rev().for_each(|i| order.swap(i, (random.next_u64() % (i as u64 + 1)) as usize));
         Some(order[(place % count) as usize])
     }

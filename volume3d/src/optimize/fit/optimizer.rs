@@ -1,4 +1,4 @@
-//! How a group of parameters is moved.
+//! Optimiser of one group of parameters.
 
 use std::borrow::Cow;
 
@@ -7,18 +7,19 @@ use super::super::grid_steps::GridSteps;
 use super::super::large_steps::LargeSteps;
 use crate::sdf::Grid;
 
-/// How one group of parameters is moved.
+/// Optimiser settings of one group of parameters.
 #[derive(Clone, Debug)]
 pub struct Optimizer {
-    /// The sizes of steps; its `rate` is that of the first step.
+    /// Adam; its `rate` is that of the first step.
     pub adam: Adam,
-    /// For vertex positions, what keeps steps smooth: then Adam should be [`uniform`](Adam::uniform).
+    /// Laplacian preconditioner for vertex positions: Adam should then be [`uniform`](Adam::uniform).
     pub large_steps: Option<LargeSteps>,
-    /// For the nodes of a grid of distances, what keeps steps smooth, and them distances. For a network on a grid, when that becomes
-    /// finer.
+    /// Smoothing and redistancing for the nodes of an SDF grid; for a network on a grid, the refinement
+    /// schedule.
     pub grid: Option<GridSteps>,
-    /// Derivatives beyond ± this are cut down to it before all else, as the code of Vicini et al. (2022) does. It tames few large ones,
-    /// and biases the gradient: how many were cut is in [`Record::clamped`](super::Record::clamped). `None` cuts none.
+    /// Clamp of the derivatives to ± this value, before all else, as the code of Vicini et al. (2022) does.
+    /// It limits outliers and biases the gradient; [`Record::clamped`](super::Record::clamped) counts the
+    /// clamped derivatives. `None` clamps none.
     pub clamp: Option<f64>,
 }
 
@@ -29,7 +30,7 @@ impl From<Adam> for Optimizer {
 }
 
 impl Optimizer {
-    /// A step down a gradient; of the nodes of a grid, if it is one.
+    /// A step down a gradient; `grid` is given if the group is the nodes of a grid.
     pub(super) fn step(&self, adam: &mut Adam, gradient: &[f64], grid: Option<&Grid>) -> Vec<f64> {
         match (&self.large_steps, &self.grid, grid) {
             (Some(large), ..) => large.solve(&adam.step(&large.solve(gradient))),
@@ -41,14 +42,15 @@ impl Optimizer {
         }
     }
 
-    /// A gradient with its derivatives within bounds, and how many were not.
+    /// The clamped gradient, and the number of derivatives that were clamped.
     pub(super) fn clamped<'g>(&self, gradient: &'g [f64]) -> (Cow<'g, [f64]>, usize) {
         let Some(clamp) = self.clamp else { return (gradient.into(), 0) };
         let cut = gradient.iter().filter(|g| g.abs() > clamp).count();
         (gradient.iter().map(|g| g.clamp(-clamp, clamp)).collect(), cut)
     }
 
-    /// What rates are multiplied by after so many steps: as grids become finer, in units of their cells they stay.
+    /// Factor of the rates after `steps` steps: it keeps them constant in units of the cells as grids are
+    /// refined.
     pub(super) fn fineness(&self, steps: u64) -> f64 {
         self.grid.as_ref().map_or(1.0, |grid| 0.5_f64.powi(grid.refinements(steps) as i32))
     }

@@ -1,29 +1,29 @@
-//! What steps found, and what they took.
+//! Log and timings of the steps of a fit.
 
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-/// What one step found.
+/// The log entry of one step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// The mean loss over the step's views, before the step.
     pub loss: f64,
     /// The sum of the penalties.
     pub penalty: f64,
-    /// What the rates were multiplied by.
+    /// The factor of the rates.
     pub factor: f64,
-    /// The length of the gradient by each group of parameters.
+    /// The norm of the gradient by each group of parameters.
     pub norms: Vec<f64>,
-    /// How steady it has been, see [`Adam::signal`](super::super::adam::Adam::signal).
+    /// The signal-to-noise measure of each group, see [`Adam::signal`](super::super::adam::Adam::signal).
     pub signals: Vec<f64>,
-    /// Samples that were not finite, and are left out.
+    /// Samples left out because they were not finite.
     pub non_finite: usize,
-    /// Derivatives that were [cut](super::Optimizer::clamp).
+    /// Number of [clamped](super::Optimizer::clamp) derivatives.
     pub clamped: usize,
 }
 
-/// Where the time of the steps went.
+/// Time spent in each part of the steps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Times {
     /// Bringing the scene up to date.

@@ -1,4 +1,4 @@
-//! Fits that are gone on with.
+//! Resuming from a checkpoint.
 
 use super::super::adam::Adam;
 use super::super::grid_steps::GridSteps;
@@ -6,15 +6,16 @@ use super::{Fit, State, surface};
 use crate::scene::Scene;
 
 impl Fit {
-    /// The same, gone on with from another state, with the optimisers as they were then. Grids of the scene become as fine as they were.
+    /// Resumes from a state, including the moments of the optimisers. Grids of the scene are refined as they
+    /// were.
     ///
     /// # Errors
-    /// Nothing but the reason why it is none of this fit's.
+    /// A message that says why the state does not belong to this fit.
     pub fn resumed(self, state: State, scene: &mut Scene) -> Result<Self, &'static str> {
         if state.records.len() as u64 > self.plan.steps {
             return Err("it is of a longer fit");
         }
-        // Nothing is made finer for a state that does not fit in the end.
+        // All sizes are checked before any grid is refined.
         let counts: Vec<usize> = (0..self.optimizers.len()).map(|i| self.numbers(i, &state, scene)).collect();
         let other = "it is of other parameters";
         let same = |(adam, count): (&Adam, &usize)| adam.len().is_none_or(|len| len == *count);
@@ -53,7 +54,7 @@ impl Fit {
         Ok(Self { state, parameters, ..self })
     }
 
-    /// How many numbers a group of parameters is in a state: grids have become finer by then.
+    /// The size of a group of parameters in a state, whose grids may have been refined.
     fn numbers(&self, group: usize, state: &State, scene: &Scene) -> usize {
         let (steps, own) = (&self.optimizers[group].grid, &self.parameters.groups()[group]);
         match (steps, surface::grid(own, scene)) {

@@ -1,11 +1,11 @@
-//! Surfaces that a fit replaces by finer ones.
+//! Replacement of implicit surfaces by refined ones during a fit.
 
 use super::super::parameters::{Group, Parameters};
 use super::super::quantity::Quantity;
 use crate::scene::{ImplicitSurface, Scene, SceneError};
 use crate::sdf::{BakeError, Baked, Grid, Guided};
 
-/// The surface whose parameters a group is; nothing if it is of something else.
+/// The implicit surface whose parameters a group is; `None` for other groups.
 fn surface<'s>(group: &Group, scene: &'s Scene) -> Option<&'s ImplicitSurface> {
     let Quantity::Sdf { implicit } = group.quantity else { return None };
     Some(&scene.description().implicits[implicit].surface)
@@ -21,29 +21,30 @@ pub(super) fn network<'s>(group: &Group, scene: &'s Scene) -> Option<&'s Baked> 
     surface(group, scene)?.downcast()
 }
 
-/// The network itself that a group's weights are on a grid of; nothing if the group is of something else.
+/// The network traced directly, from the network on a grid whose weights a group is; `None` for other groups.
 pub(super) fn itself(group: &Group, scene: &Scene) -> Option<ImplicitSurface> {
     Some(ImplicitSurface::new(Guided::new(network(group, scene)?.clone())))
 }
 
-/// Whether a group is the weights of a network that is traced itself.
+/// Whether a group is the weights of a network that is traced directly.
 pub(super) fn is_itself(group: &Group, scene: &Scene) -> bool {
     surface(group, scene).is_some_and(|surface| surface.downcast::<Guided>().is_some())
 }
 
-/// The same network on a grid of twice as many cells; nothing if the group is of something else.
+/// The same network on a grid of twice as many cells; `None` for other groups.
 pub(super) fn finer_network(group: &Group, scene: &Scene) -> Option<Result<ImplicitSurface, BakeError>> {
     let baked = network(group, scene)?;
     Some(baked.with_cells(2 * baked.cells()).map(ImplicitSurface::new))
 }
 
-/// What takes the place of a surface when a fit is gone on with: a grid of as many nodes as later, whose values are still to come.
+/// The placeholder for a surface when a fit is resumed: a grid with the refined number of nodes, whose values
+/// are set later.
 pub(super) fn finer(group: &Group, scene: &Scene) -> Option<ImplicitSurface> {
     let subdivided = |grid: &Grid| grid.subdivided().ok().map(ImplicitSurface::new);
     grid(group, scene).and_then(subdivided).or_else(|| finer_network(group, scene)?.ok())
 }
 
-/// Gives the scene another surface in the place of that of a group of parameters, which may then be more numbers.
+/// Replaces the surface of a group of parameters, whose size may change.
 pub(super) fn replace(
     parameters: Parameters,
     x: &[f64],

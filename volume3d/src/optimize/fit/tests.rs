@@ -1,4 +1,4 @@
-//! Objectives of several views, and fits that are left off and gone on with.
+//! Objectives of several views, and fits that are interrupted and resumed.
 
 use flatland::random::stream;
 use glam::DVec3;
@@ -24,7 +24,7 @@ fn reverse(
     WarpedArea { samples: 2, seed, ..WarpedArea::default() }.reverse(scene, adjoint, active, progress)
 }
 
-/// From the front, with the scene's camera, and from the side.
+/// Two views: from the front, with the scene's camera, and from the side.
 fn views(scene: &mut Scene, samples: usize) -> Vec<View> {
     let film = scene.description().film;
     let own = scene.description().camera.clone();
@@ -70,14 +70,15 @@ fn fit(scene: &mut Scene, steps: u64) -> Fit {
     let adams = vec![Adam::new(0.02).into(), Adam::new(0.01).uniform().into()];
     let mut fit = Fit::new(parameters, x, objective(scene), adams, plan(steps));
     fit.apply(scene).unwrap();
-    // Targets were rendered where the fit begins: something else is to be found.
+    // Targets were rendered at the start of the fit: the fit begins elsewhere.
     fit.state = State { x: fit.state.x.iter().map(|x| 0.9 * x).collect(), ..fit.state };
     fit.apply(scene).unwrap();
     fit
 }
 
-/// The mean gradient of a squared loss over two views, from images of two samples a pixel, is that of the loss of the true
-/// images: by central differences of images that hardly have noise. So it is of some pixels of each view, chosen anew every time.
+/// The mean gradient of a squared loss over two views, from images of two samples a pixel, is that of the
+/// loss of the true images, by central differences of images with almost no noise. The same holds for random
+/// pixels of each view, chosen anew every time.
 #[test]
 fn gradients_of_squared_losses_are_unbiased() {
     let mut scene = lit();
@@ -115,7 +116,8 @@ fn gradients_of_squared_losses_are_unbiased() {
     comparisons.finish();
 }
 
-/// Of those that are chosen, pixels and derivatives are those of a step that looks at all, times 64 by their number. All are chosen as often.
+/// Chosen pixels and their derivatives equal those of a step over all pixels, times 64 by their number. All
+/// pixels are chosen equally often.
 #[test]
 fn some_pixels_are_as_they_are_among_all() {
     let mut scene = lit();
@@ -147,7 +149,7 @@ fn some_pixels_are_as_they_are_among_all() {
             assert!(adjoint[i].distance(expected) <= 1e-15 * scale, "{i}");
         }
     }
-    // 8800 choices, 137.5 of each pixel, with a deviation of about 6 of each.
+    // 8800 choices, 137.5 of each pixel, with a standard deviation of about 6 each.
     assert!(counts.iter().all(|count| (count - 137.5).abs() < 30.0), "{counts:?}");
     let none = Objective { pixels: Some(0), ..whole.clone() };
     let blocks = Objective { pixels: Some(3), loss: Loss::Multiscale { levels: 2 }, ..whole.clone() };
@@ -188,10 +190,10 @@ fn silhouettes_have_pixels_around_them() {
     let [thin, wide] = [0, 1].map(|reach| silhouette_weights(&scene, &[block], reach));
     let count = |image: &Image| image.pixels.iter().filter(|w| **w == DVec3::ONE).count();
     let at = |image: &Image, x: usize, y: usize| image.pixels[8 * y + x];
-    // The block is four pixels wide: neither its middle nor the corner of the picture is beside its border.
+    // The block is four pixels wide: neither its middle nor the corner of the picture is next to its border.
     assert!(count(&thin) >= 12 && count(&thin) < count(&wide), "{thin:?} {wide:?}");
     assert_eq!((at(&thin, 0, 0), at(&thin, 3, 4), at(&wide, 3, 4)), (DVec3::ZERO, DVec3::ZERO, DVec3::ONE));
-    // Nobody's silhouette, and a loss that only has silhouettes.
+    // No shapes, and a loss restricted to silhouettes.
     assert_eq!(count(&silhouette_weights(&scene, &[], 1)), 0);
     let mut scene = scene;
     let parameters = Parameters::new(&scene, &["block.translation"]).unwrap();
@@ -204,7 +206,7 @@ fn silhouettes_have_pixels_around_them() {
     assert!(near.loss > 0.0 && near.loss < whole.loss && near.gradient != whole.gradient);
 }
 
-/// Penalties of a mesh that is placed and whose vertices are free, against differences.
+/// Gradients of penalties of a placed mesh with free vertices, against differences.
 #[test]
 fn penalties_have_gradients() {
     let mut scene = lit();
@@ -213,7 +215,7 @@ fn penalties_have_gradients() {
     x.iter_mut().enumerate().for_each(|(i, x)| *x += 0.1 * (3.7 * i as f64).sin());
     let shape = scene.shape("block").unwrap();
     let penalties = vec![Penalty::Mesh { shape, regularizer: Regularizer::Laplacian, weight: 3.0 }];
-    // No picture counts.
+    // All pictures have weight 0.
     let mut objective = Objective { penalties, ..objective(&mut scene) };
     objective.views.iter_mut().for_each(|v| v.weights = Some(Image::constant(8, 8, DVec3::ZERO)));
     let mut at = |x: &[f64]| {
@@ -248,7 +250,7 @@ fn a_fit_goes_on_to_the_same_bits() {
     while !whole.is_done() {
         whole.step(&mut scene, &reverse, &none).unwrap();
     }
-    // Once all steps are taken there is nothing to do.
+    // After the last step nothing happens.
     let done = whole.state().clone();
     whole.step(&mut scene, &reverse, &none).unwrap();
     assert_eq!(&done, whole.state());
@@ -300,7 +302,7 @@ fn every_view_has_its_turn() {
     assert!(order[..5] != order[5..10] || order[5..10] != order[10..15], "{order:?}");
 }
 
-/// What cannot go on says why, and leaves the state as it was.
+/// A fit that fails reports the reason, and leaves the state as it was.
 #[test]
 fn failures_lose_nothing() {
     let (mut scene, none) = (lit(), Progress::none());
@@ -318,7 +320,7 @@ fn failures_lose_nothing() {
     let huge = |scene: &Scene, adjoint: &Image, active: &ActiveParameters, seed: u64, progress: &Progress| {
         reverse(scene, &adjoint.with_pixels(vec![DVec3::ZERO; 64]), active, seed, progress)
     };
-    // Far worse than at first, and than a black picture; the first alone is no measure.
+    // Far worse than at first, and than a black picture; the first alone is not a criterion.
     let mut far = failing.clone();
     far.state.records[0].loss = 1e-9;
     far.step(&mut scene, &huge, &none).unwrap();
@@ -327,7 +329,7 @@ fn failures_lose_nothing() {
     far.objective.views.iter_mut().for_each(|v| v.target = Image::constant(8, 8, DVec3::splat(1e-3)));
     assert!(matches!(far.step(&mut scene, &huge, &none), Err(FitError::Diverges { .. })));
     assert_eq!(failing.state(), &before);
-    // Nobody sees the page's other side, and everybody the block.
+    // The back of the page is invisible in all views, and the block is visible in all.
     let mut hidden = fit(&mut scene, 6);
     assert!(hidden.unseen(&mut scene, 0, &reverse, &none).unwrap().is_empty());
     let away = Camera::look_at(DVec3::new(0.0, 0.0, 50.0), DVec3::new(0.0, 0.0, 100.0), DVec3::Y, 0.7);
@@ -335,7 +337,7 @@ fn failures_lose_nothing() {
     assert_eq!(hidden.unseen(&mut scene, 1, &reverse, &none).unwrap(), [0, 1]);
 }
 
-/// Cut derivatives are counted, and none is without a clamp.
+/// Clamped derivatives are counted, and none is without a clamp.
 #[test]
 fn clamped_derivatives_are_counted() {
     let none = Progress::none();
@@ -384,7 +386,7 @@ fn adam_tells_signal_from_noise() {
     assert_eq!(Adam::new(0.1).signal(), 0.0);
 }
 
-/// The mean of parameters changes no step, varies less than they do, and goes on to the same bits from a file.
+/// The mean of parameters changes no step, varies less than they do, and resumes bit for bit from a file.
 #[test]
 fn means_of_parameters_follow_and_go_on() {
     let steps = 24;
@@ -411,10 +413,10 @@ fn means_of_parameters_follow_and_go_on() {
     assert_eq!(whole.state().x, plain.state().x);
     assert_ne!(whole.result(), whole.state().x);
     whole.apply_result(&mut scene).unwrap();
-    // Where the block is now is where its translations are counted from; reflectances are what they are.
+    // Translations are relative to the block's current position; reflectances are absolute.
     assert_eq!(whole.parameters().values(&scene)[3..], whole.result()[3..]);
-    // x̄ + w (x − x̄) after every step, with w = max(1 − β, 1/t), of the numbers that are not counted from
-    // a place that moves.
+    // x̄ + w (x − x̄) after every step, with w = max(1 − β, 1/t), of the numbers that are not relative to a
+    // moving position.
     let mut expected = vec![0.0; whole.state().x.len() - 3];
     for (t, (state, mean)) in (1..).zip(&found) {
         let weight = f64::max(0.1, 1.0 / f64::from(t));
@@ -433,7 +435,7 @@ fn means_of_parameters_follow_and_go_on() {
         resumed.apply(&mut scene).unwrap();
         run(&mut resumed, &mut scene);
         assert!(resumed.state() == whole.state() && resumed.result() == whole.result(), "{at}");
-        // A state without a mean is none of a fit with one, nor the other way round.
+        // The state of a fit without a mean is refused by a fit with one, and the reverse.
         assert!(begun(&mut scene, None).resumed(state, &mut scene).is_err());
         assert!(begun(&mut scene, Some(0.9)).resumed(plain.state().clone(), &mut scene).is_err());
     }

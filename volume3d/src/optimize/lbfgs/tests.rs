@@ -40,10 +40,10 @@ fn minima_of_closed_forms_are_found() {
     let options = Lbfgs { tolerance: 1e-12, evaluations: 100, ..Lbfgs::new(0.1) };
     let start = [3.0, -2.0, 0.0, 5.0, 1.5, 0.5, -1.0];
     let minimum = lbfgs(&start, &options, quadratic).unwrap();
-    // To rounding: of the first loss, 2 · 10⁶, 14 digits are gone.
+    // Limited by rounding: 14 digits of the first loss, 2 · 10⁶, are gone.
     assert!(minimum.loss < 1e-14 * quadratic(&start).unwrap().0, "{minimum:?}");
     assert_eq!(minimum.end, End::Converged);
-    // Nothing pulls.
+    // A constant loss.
     let flat = lbfgs(&[7.0], &options, |_| Ok::<_, Infallible>((2.0, vec![0.0]))).unwrap();
     assert_eq!(flat, Minimum { x: vec![7.0], loss: 2.0, evaluations: 1, end: End::Converged });
 }
@@ -77,7 +77,7 @@ fn evaluations_are_counted() {
     let options = Lbfgs { evaluations: 7, ..Lbfgs::new(0.1) };
     let minimum = lbfgs(&[-1.2, 1.0], &options, rosenbrock).unwrap();
     assert_eq!((minimum.evaluations, minimum.end), (7, End::Evaluations));
-    // What is returned is the best of them.
+    // The best of all evaluations is returned.
     assert!(minimum.loss < rosenbrock(&[-1.2, 1.0]).unwrap().0);
     assert_eq!(rosenbrock(&minimum.x).unwrap().0, minimum.loss);
 }
@@ -151,6 +151,6 @@ fn the_pose_of_a_block_is_found_in_few_evaluations() {
     let x = chart.point(&minimum.x);
     let size = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
     let errors = [size(&x[..3]), size(&x[3..])];
-    // A tenth of the way of 0.12 units and 0.24 radians that it began with: what the noise of 32 samples leaves.
+    // A tenth of the initial errors of 0.12 units and 0.24 radians: the noise of 32 samples leaves that much.
     assert!(errors[0] < 0.02 && errors[1] < 0.03, "{minimum:?} {errors:?}");
 }

@@ -1,4 +1,4 @@
-//! The least value of an implicit function along a part of a ray.
+//! Minimum of an implicit function along a segment of a ray.
 
 use flatland::sdf::shapes::Ball;
 use flatland::sdf::{Jet, Sdf};
@@ -6,13 +6,14 @@ use glam::DVec3;
 
 use crate::scene::ImplicitShape;
 
-/// A minimum is refined until it is known to this part of the chord.
+/// Tolerance of a refined minimum, as a fraction of the chord.
 const EXACT: f64 = 1e-11;
 
-/// The most steps of refinement: every other one halves the bracket, so that where φ has a kink it is known to 2⁻³⁰ of it.
+/// Maximum number of refinement steps: every other one halves the bracket, so that where φ has a kink it is
+/// known to 2⁻³⁰ of it.
 const REFINEMENTS: usize = 60;
 
-/// A ray, and the part of it in which the least value is searched.
+/// A ray and the segment of it that is searched.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Chord {
     origin: DVec3,
@@ -22,7 +23,7 @@ pub(super) struct Chord {
 }
 
 impl Chord {
-    /// The part of a ray within a ball; of a ray that misses it, the one point nearest to its centre.
+    /// The segment of a ray within a ball; for a ray that misses it, the one point nearest to its centre.
     pub(super) fn new(origin: DVec3, direction: DVec3, ball: &Ball<DVec3>) -> Self {
         let way = ball.centre() - origin;
         let middle = way.dot(direction);
@@ -32,7 +33,7 @@ impl Chord {
         Self { origin, direction, near, far }
     }
 
-    /// The points that divide it into so many parts, its ends among them; one point if it has no length.
+    /// The points that divide it into `parts` parts, including its ends; one point if it has no length.
     pub(super) fn divided(&self, parts: usize) -> impl Iterator<Item = DVec3> {
         let parts = if self.far > self.near { parts } else { 0 };
         let spacing = (self.far - self.near) / parts.max(1) as f64;
@@ -44,21 +45,21 @@ impl Chord {
     }
 }
 
-/// Where a function is least, as far as is known.
+/// The least value found so far, and its point.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Least {
     pub(super) point: DVec3,
     pub(super) jet: Jet<DVec3>,
 }
 
-/// The point at which φ or ∇φ is not finite, and φ there.
+/// A point at which φ or ∇φ is not finite, and φ there.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NotFinite {
     pub(super) point: DVec3,
     pub(super) value: f64,
 }
 
-/// How minima of one surface are searched.
+/// Settings of the search on one surface.
 #[derive(Clone, Copy)]
 pub(super) struct Search<'a> {
     shape: &'a ImplicitShape,
@@ -68,7 +69,7 @@ pub(super) struct Search<'a> {
     everywhere: f64,
 }
 
-/// A place along a ray, and how φ changes there.
+/// A point along a ray, and the derivative of φ there.
 #[derive(Clone, Copy)]
 struct Place {
     t: f64,
@@ -82,7 +83,7 @@ impl<'a> Search<'a> {
         Self { shape, samples: samples.max(1), outside, everywhere }
     }
 
-    /// The least φ along a chord, or `None` as soon as one is found that is at most `enough`.
+    /// The least φ along a chord, or `None` as soon as a value of at most `enough` is found.
     pub(super) fn least(&self, chord: &Chord, enough: f64) -> Result<Option<Least>, NotFinite> {
         let count = if chord.far > chord.near { self.samples } else { 0 };
         let spacing = (chord.far - chord.near) / count.max(1) as f64;
@@ -107,7 +108,8 @@ impl<'a> Search<'a> {
         Ok((least.jet.value > enough).then_some(least))
     }
 
-    /// The minimum beside the best sample, where ∇φ·ω changes its sign, between the samples around it.
+    /// Refines the minimum next to the best sample, where ∇φ·ω changes its sign, between the samples around
+    /// it.
     fn refined(&self, chord: &Chord, sample: f64, around: (f64, f64)) -> Result<Least, NotFinite> {
         let sample = self.look(chord, sample)?;
         let (mut low, mut high) = if sample.slope > 0.0 {
@@ -132,7 +134,7 @@ impl<'a> Search<'a> {
             }
             if here.slope < 0.0 { low = here } else { high = here }
         }
-        // What was found is a minimum; it may not be the one that the sample belongs to.
+        // The refined point is a minimum, but possibly not the one next to the sample.
         let least = if here.jet.value <= sample.jet.value { here } else { sample };
         Ok(Least { point: chord.at(least.t), jet: least.jet })
     }

@@ -1,17 +1,17 @@
-//! Why a loss of masks cannot be computed.
+//! Errors of the mask loss.
 
 use glam::DVec3;
 
-/// Why there is no loss.
+/// Why the mask loss cannot be computed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MaskLossError {
-    /// The mask is that of another film.
+    /// The size of the mask is not that of the film.
     #[error("a mask of {found} pixels for a film of {width} x {height}")]
     Size {
         /// Columns of the film.
         width: usize,
-        /// Its rows.
+        /// Rows of the film.
         height: usize,
         /// Pixels of the mask.
         found: usize,
@@ -19,42 +19,42 @@ pub enum MaskLossError {
     /// The scene has no such implicit surface.
     #[error("implicit surface {index} is asked for, of {count}, counted from 0")]
     Surface {
-        /// The surface.
+        /// The index of the surface.
         index: usize,
-        /// How many there are.
+        /// The number of implicit surfaces.
         count: usize,
     },
-    /// There are no pixels, over which a mean could be taken.
+    /// The list of pixels is empty, so that no mean exists.
     #[error("a loss of no pixels")]
     NoPixels,
     /// The film has no such pixel.
     #[error("pixel {index} is asked for, of {count}, counted from 0")]
     Pixel {
-        /// The pixel.
+        /// The index of the pixel.
         index: usize,
-        /// How many there are.
+        /// The number of pixels.
         count: usize,
     },
-    /// A number is out of its range.
+    /// A setting is out of its range.
     #[error("the {what} of a loss of masks is {value}, but must be {range}")]
     Range {
-        /// Which number.
+        /// The name of the setting.
         what: &'static str,
         /// Its value.
         value: f64,
-        /// What it must be.
+        /// The allowed range.
         range: &'static str,
     },
-    /// The function of the surface, or its gradient, is not a number.
+    /// φ or its gradient is not finite.
     #[error(
         "along the ray of the pixel in column {x}, row {y} φ or its gradient is not finite: φ = {value} at {point}"
     )]
     NotFinite {
         /// The pixel's column, from the left.
         x: usize,
-        /// Its row, from the top.
+        /// The pixel's row, from the top.
         y: usize,
-        /// Where along the ray.
+        /// The point along the ray.
         point: DVec3,
         /// φ there.
         value: f64,

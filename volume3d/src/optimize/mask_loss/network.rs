@@ -1,4 +1,4 @@
-//! The least values of a network along rays, all rays together.
+//! Minima of a network along rays, batched over all rays.
 
 use flatland::sdf::Jet;
 use glam::DVec3;
@@ -7,13 +7,14 @@ use super::along_ray::{Chord, Least, NotFinite};
 use crate::scene::ImplicitShape;
 use crate::sdf::Baked;
 
-/// Rays whose points are in memory at once.
+/// Batch size: rays whose points are in memory at once.
 const TOGETHER: usize = 1024;
 
-/// Steps of refinement. Single precision knows a minimum, where φ is flat, to about the root of its last digit.
+/// Refinement steps. In single precision a minimum, where φ is flat, is known to about the root of the last
+/// digit.
 const REFINEMENTS: usize = 12;
 
-/// For each chord the least φ, or `None` if one is found that is at most what is enough.
+/// For each chord the least φ, or `None` if a value of at most the chord's threshold is found.
 pub(super) fn leasts(
     shape: &ImplicitShape,
     baked: &Baked,
@@ -34,7 +35,7 @@ pub(super) fn leasts(
     leasts
 }
 
-/// The points beside the best of each chord.
+/// The points next to the best of each chord.
 fn brackets(
     shape: &ImplicitShape,
     baked: &Baked,
@@ -47,7 +48,7 @@ fn brackets(
     let bracket = |points: Vec<DVec3>| {
         let (own, rest) = values.split_at(points.len());
         values = rest;
-        // What is no number is least, so that it is found.
+        // NaN counts as the least value, so that it is reported.
         let best = (0..own.len())
             .min_by(|&i, &j| own[j].is_nan().cmp(&own[i].is_nan()).then(own[i].total_cmp(&own[j])));
         let best = best.unwrap_or(0);
@@ -56,7 +57,7 @@ fn brackets(
     points.into_iter().map(bracket).collect()
 }
 
-/// A place on a ray, and how fast φ changes towards the other end of its bracket.
+/// A point on a ray, and the derivative of φ towards the other end of its bracket.
 #[derive(Clone, Copy)]
 struct Place {
     point: DVec3,
@@ -64,7 +65,7 @@ struct Place {
     slope: f64,
 }
 
-/// Where ∇φ·ω changes its sign between two points of each ray, and what is less of both ends where it does not.
+/// The sign change of ∇φ·ω between two points of each ray, or the lower end where there is none.
 fn refined(shape: &ImplicitShape, baked: &Baked, brackets: Vec<[DVec3; 2]>) -> Vec<Least> {
     let look = |points: Vec<DVec3>| -> Vec<Place> {
         let local: Vec<DVec3> = points.iter().map(|&x| shape.local(x)).collect();

@@ -1,4 +1,4 @@
-//! From a vector of numbers to a scene.
+//! Setting a scene to a parameter vector.
 
 use glam::{DQuat, DVec3};
 
@@ -9,8 +9,8 @@ use crate::geometry::{Mesh, MeshError};
 use crate::scene::{Environment, Reflectance, Scene, SceneError};
 
 impl Parameters {
-    /// Gives a scene the values x. What does not follow from them stays as it is; see [`Scene::set_meshes`]
-    /// for what it costs.
+    /// Sets a scene to the values x. Everything that does not depend on them stays as it is; see
+    /// [`Scene::set_meshes`] for the cost.
     ///
     /// # Errors
     /// A [`SceneError`] if a value is out of its range or not finite. Other parameters may have been set by
@@ -20,7 +20,7 @@ impl Parameters {
     /// If x has another length, or the scene another topology.
     pub fn apply(&self, x: &[f64], scene: &mut Scene) -> Result<(), SceneError> {
         assert_eq!(x.len(), self.len, "one number for each parameter");
-        // A camera may be within what moves away, or the other way round.
+        // The camera may be inside an object that moves away, or the reverse: either order may fail.
         if self.apply_camera(x, scene).is_ok() {
             self.apply_implicits(x, scene)?;
         } else {
@@ -59,7 +59,7 @@ impl Parameters {
         Ok(())
     }
 
-    /// Places lights without a surface, and turns the environment.
+    /// Places lights without a surface, and rotates the environment.
     fn apply_lights(&self, x: &[f64], scene: &mut Scene) -> Result<(), SceneError> {
         for rest in &self.rests {
             let Rest { object, centre, parts, lights, environment, .. } = rest;
@@ -88,7 +88,7 @@ impl Parameters {
             [camera.right, camera.up, camera.forward] =
                 [rest.right, rest.up, rest.forward].map(|axis| turn * axis);
         }
-        // A perspective camera turns in place.
+        // A perspective camera rotates in place.
         camera.origin = pivot - camera.orthographic.unwrap_or(0.0) * camera.forward;
         if let Some(angle) = self.whole(x, Quantity::FieldOfView, || vec![camera.field_of_view]) {
             camera.field_of_view = angle[0];
@@ -96,7 +96,7 @@ impl Parameters {
         scene.set_camera(camera)
     }
 
-    /// The meshes of shapes that are moved, with their shapes; or the name of one that cannot be.
+    /// The moved meshes with the indices of their shapes; or the name of a shape whose mesh is invalid.
     fn meshes(&self, x: &[f64], scene: &Scene) -> Result<Vec<(usize, Mesh)>, (String, MeshError)> {
         let mut moved = vec![];
         for (index, shape) in scene.description().shapes.iter().enumerate() {
@@ -123,7 +123,8 @@ impl Parameters {
     }
 }
 
-/// Whether it is of a material, a texture or what lights emit, which nothing else is applied with.
+/// Whether a quantity belongs to a material, a texture or emission, and is applied independently of all
+/// others.
 fn stands_alone(quantity: Quantity) -> bool {
     match quantity {
         Quantity::Radiance { .. }
@@ -143,7 +144,7 @@ fn stands_alone(quantity: Quantity) -> bool {
     }
 }
 
-/// Sets what stands by itself.
+/// Applies an independent quantity.
 fn apply_alone(quantity: Quantity, whole: &[f64], scene: &mut Scene) -> Result<(), SceneError> {
     let vector = || DVec3::from_slice(whole);
     match quantity {

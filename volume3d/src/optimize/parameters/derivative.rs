@@ -1,4 +1,4 @@
-//! Derivatives by parameters and along them.
+//! Chain rule between the parameter vector and the parameters of the scene.
 
 use glam::DVec3;
 
@@ -8,10 +8,10 @@ use crate::gradient::Tangent;
 use crate::scene::{Object, Scene};
 
 impl Parameters {
-    /// The derivative by x from that by all parameters of the scene, where it is at x.
+    /// The derivative by x from that by all parameters of the scene, with the scene at x.
     ///
     /// # Panics
-    /// If the lengths do not fit.
+    /// If the lengths do not match.
     #[must_use]
     pub fn gradient(&self, scene: &Scene, x: &[f64], gradient: &Tangent) -> Vec<f64> {
         assert_eq!(x.len(), self.len, "one number for each parameter");
@@ -60,11 +60,11 @@ impl Parameters {
         }
     }
 
-    /// The direction in the space of all parameters of the scene, where it is at x, that a direction in x is:
-    /// the transpose of [`gradient`](Self::gradient).
+    /// The tangent in all parameters of the scene, which is at x, for a direction in x: the transpose of
+    /// [`gradient`](Self::gradient).
     ///
     /// # Panics
-    /// If the lengths do not fit.
+    /// If the lengths do not match.
     #[must_use]
     pub fn tangent(&self, scene: &Scene, x: &[f64], direction: &[f64]) -> Tangent {
         assert_eq!([x.len(), direction.len()], [self.len; 2], "one number for each parameter");
@@ -78,7 +78,7 @@ impl Parameters {
         tangent
     }
 
-    /// Adds what a change of all numbers of a quantity is.
+    /// Adds the tangent of a change of all numbers of a quantity.
     fn add_along(&self, scene: &Scene, x: &[f64], quantity: Quantity, whole: &[f64], tangent: &mut Tangent) {
         let vectors = || whole.chunks_exact(3).map(DVec3::from_slice);
         let vector = || DVec3::from_slice(whole);

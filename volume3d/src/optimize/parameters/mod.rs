@@ -1,4 +1,4 @@
-//! Some parameters of a scene as one vector of numbers.
+//! Selected parameters of a scene as one vector of numbers.
 
 mod apply;
 mod derivative;
@@ -18,31 +18,31 @@ use crate::scene::{Camera, Environment, Object, Reflectance, Scene};
 pub struct Group {
     /// Its name; the first if several are tied.
     pub name: String,
-    /// What it is of; the first if several are tied.
+    /// The quantity; that of the first if several are tied.
     pub quantity: Quantity,
-    /// Which number of each vector or colour it is, if not all three.
+    /// The component of each vector or colour, if not all three.
     pub component: Option<usize>,
-    /// Others that have the same values.
+    /// The other parameters with the same values.
     pub tied: Vec<Member>,
-    /// Where its numbers are in the vector.
+    /// The range of its numbers in the vector.
     pub range: Range<usize>,
-    /// The least and the greatest value of each; [`Parameters::retract`] stays within.
+    /// Lower and upper bound of each number; [`Parameters::retract`] stays within.
     pub bounds: [f64; 2],
 }
 
 impl Group {
-    /// Itself without what is tied to it.
+    /// The first parameter, without those tied to it.
     #[must_use]
     pub fn first(&self) -> Member {
         Member { quantity: self.quantity, component: self.component }
     }
 
-    /// All parameters that have its values.
+    /// All parameters with its values.
     pub fn members(&self) -> impl Iterator<Item = Member> {
         std::iter::once(self.first()).chain(self.tied.iter().copied())
     }
 
-    /// Whether one of its parameters is this one, be it a component.
+    /// Whether one of its parameters belongs to this quantity, possibly as a component.
     #[must_use]
     pub fn has(&self, quantity: Quantity) -> bool {
         self.members().any(|member| member.quantity == quantity)
@@ -55,7 +55,7 @@ impl Group {
     }
 }
 
-/// Some parameters of a scene, as one vector x of numbers.
+/// Selected parameters of a scene, as one vector x of numbers.
 ///
 /// Poses are relative to the scene that they were made for: with p₀ the vertices and c₀ their mean there,
 ///
@@ -65,8 +65,8 @@ impl Group {
 ///
 /// `translation` is t, `rotation` the rotation vector of R and `scale` s. Derivatives by a rotation are those
 /// by a further turn δ about the moving centre c₀ + t, R ← exp(δ) R, and [`retract`](Self::retract) composes
-/// steps the same way: a vector of rotation is never added to another. One component of a rotation is a turn
-/// about that axis of the world.
+/// steps the same way: rotation vectors are never added. One component of a rotation is a turn about that
+/// world axis.
 ///
 /// ```no_run
 /// # use volume3d::{gradient::{Estimator, Progress}, optimize::{Adam, Parameters}, scene::Scene};
@@ -90,7 +90,7 @@ pub struct Parameters {
 }
 
 impl Parameters {
-    /// The parameters with these names, in this order; see [`Quantity`] for what there is.
+    /// The parameters with these names, in this order; see [`Quantity`] for the names.
     ///
     /// # Errors
     /// A [`ParameterError`] if one does not exist, or two are the same.
@@ -99,15 +99,18 @@ impl Parameters {
         Self::tied(scene, &alone)
     }
 
-    /// The same where each is one name or several. Parameters that are named together have the same values,
-    /// at first those of the first, and the derivative by them is the sum of all their derivatives.
+    /// Parameters each of which is one name or several tied names. Tied parameters have the same values,
+    /// initially those of the first, and the derivative by them is the sum of all their derivatives.
     ///
     /// # Errors
-    /// A [`ParameterError`] if one does not exist, two are the same, two move one thing in different ways, or
-    /// parameters that are tied differ in size, in bounds, or in whether they are rotations.
+    /// A [`ParameterError`]:
+    ///
+    /// - if a parameter does not exist, or two are the same,
+    /// - if two move one object in different ways, or
+    /// - if tied parameters differ in size, in bounds, or in whether they are rotations.
     ///
     /// # Panics
-    /// If one has no name at all.
+    /// If a list of names is empty.
     pub fn tied<'n>(scene: &Scene, names: &[impl AsRef<[&'n str]>]) -> Result<Self, ParameterError> {
         let camera = scene.description().camera.clone();
         let mut this = Self { groups: vec![], len: 0, rests: vec![], camera };
@@ -138,7 +141,7 @@ impl Parameters {
             this.groups.push(Group { name: name.to_owned(), quantity, component, tied, range, bounds });
             known.extend(own);
         }
-        // What a scene begins with is allowed.
+        // The initial values of the scene are always allowed.
         let x = this.values(scene);
         for group in &mut this.groups {
             for value in &x[group.range.clone()] {
@@ -148,17 +151,19 @@ impl Parameters {
         Ok(this)
     }
 
-    /// All of them.
+    /// The groups, in order.
     #[must_use]
     pub fn groups(&self) -> &[Group] {
         &self.groups
     }
 
-    /// The same, with other bounds for one of them.
+    /// Sets the bounds of one group.
     ///
     /// # Panics
-    /// If there are not so many, or the bounds are not in order, or the group is a rotation, which has none,
-    /// or a scale, and they allow 0.
+    /// - If there is no such group.
+    /// - If the bounds are not in order.
+    /// - If the group is a rotation, which has no bounds.
+    /// - If the group is a scale and the lower bound is not positive.
     #[must_use]
     pub fn with_bounds(mut self, group: usize, bounds: [f64; 2]) -> Self {
         assert!(bounds[0] <= bounds[1], "the bounds {bounds:?} are in order");
@@ -169,11 +174,11 @@ impl Parameters {
         self
     }
 
-    /// The same, with another centre for what a rotation or scale of the scene at rest is about. All
-    /// parameters that place the same thing have it.
+    /// Sets the centre, in the scene at rest, of a rotation or scale. All parameters that place the same
+    /// object share it.
     ///
     /// # Panics
-    /// If there are not so many, or it is neither the rotation nor the scale of something.
+    /// If there is no such group, or it is neither a rotation nor a scale.
     #[must_use]
     pub fn with_pivot(mut self, group: usize, pivot: DVec3) -> Self {
         for member in self.groups[group].members().collect::<Vec<_>>() {
@@ -186,7 +191,7 @@ impl Parameters {
         self
     }
 
-    /// The same where grids of the scene have other numbers of nodes.
+    /// Updates the sizes after grids of the scene were refined.
     pub(super) fn resized(mut self, scene: &Scene) -> Self {
         self.len = 0;
         for group in &mut self.groups {
@@ -197,14 +202,14 @@ impl Parameters {
         self
     }
 
-    /// How many numbers they are.
+    /// The number of values.
     #[must_use]
     #[expect(clippy::len_without_is_empty, reason = "none at all is no use to anybody")]
     pub fn len(&self) -> usize {
         self.len
     }
 
-    /// Which parameters a reverse sweep must report for them.
+    /// The parameters that a reverse sweep must report.
     #[must_use]
     pub fn active(&self, scene: &Scene) -> ActiveParameters {
         let mut active = ActiveParameters::nothing(scene);
@@ -213,19 +218,19 @@ impl Parameters {
         active
     }
 
-    /// Their values in the scene that they were made for.
+    /// Their values in the scene for which they were made.
     ///
     /// # Panics
-    /// If they are of a scene of another topology.
+    /// If the scene has another topology.
     #[must_use]
     pub fn values(&self, scene: &Scene) -> Vec<f64> {
         self.groups.iter().flat_map(|group| group.first().select(values(scene, group.quantity))).collect()
     }
 
-    /// Goes from x along a step: rotations are composed, everything else is added, and bounds are kept.
+    /// Moves x along a step: rotations are composed, everything else is added, and bounds are kept.
     ///
     /// # Panics
-    /// If the lengths do not fit.
+    /// If the lengths do not match.
     pub fn retract(&self, x: &mut [f64], step: &[f64]) {
         assert_eq!([x.len(), step.len()], [self.len; 2], "one number for each parameter");
         for group in &self.groups {
@@ -246,7 +251,7 @@ impl Parameters {
         self.rests.iter().find(|rest| rest.object == object)
     }
 
-    /// All quantities that any of the parameters belongs to, each once.
+    /// All quantities of the parameters, each once.
     fn quantities(&self) -> Vec<Quantity> {
         let mut found: Vec<Quantity> = vec![];
         for member in self.groups.iter().flat_map(Group::members) {
@@ -257,8 +262,8 @@ impl Parameters {
         found
     }
 
-    /// All numbers of a quantity at x, `otherwise` where they are not among the parameters; nothing if none
-    /// of them is.
+    /// All numbers of a quantity at x, `otherwise` for those that are not among the parameters; `None` if
+    /// none of them is.
     fn whole(&self, x: &[f64], quantity: Quantity, otherwise: impl FnOnce() -> Vec<f64>) -> Option<Vec<f64>> {
         let groups = self.groups.iter().flat_map(|group| group.members().map(move |member| (group, member)));
         let mut own = groups.filter(|(_, member)| member.quantity == quantity).peekable();
@@ -271,7 +276,7 @@ impl Parameters {
         Some(whole)
     }
 
-    /// A vector that is 0 where it is no parameter.
+    /// The value of a vector quantity, 0 where it is not a parameter.
     fn vector(&self, x: &[f64], quantity: Quantity) -> Option<DVec3> {
         self.whole(x, quantity, || vec![0.0; 3]).map(|v| DVec3::from_slice(&v))
     }
@@ -287,7 +292,7 @@ impl Parameters {
     }
 }
 
-/// All numbers of a quantity in the scene that parameters are made for.
+/// All numbers of a quantity in the scene.
 fn values(scene: &Scene, quantity: Quantity) -> Vec<f64> {
     let d = scene.description();
     let flat = |vectors: &[DVec3]| vectors.iter().flat_map(DVec3::to_array).collect::<Vec<f64>>();
@@ -315,7 +320,7 @@ fn values(scene: &Scene, quantity: Quantity) -> Vec<f64> {
     }
 }
 
-/// That two parameters are not the same, nor move one thing in different ways.
+/// Checks that two parameters are not the same, and do not move one object in different ways.
 fn check_pair(
     scene: &Scene,
     [(name, member), (other, earlier)]: [(&str, Member); 2],
@@ -357,7 +362,7 @@ fn check_pair(
     }
 }
 
-/// That two parameters may have the same values.
+/// Checks that two parameters may be tied.
 fn check_tie(
     scene: &Scene,
     [(name, member), (other, first)]: [(&str, Member); 2],

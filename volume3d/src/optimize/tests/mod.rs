@@ -12,7 +12,7 @@ use crate::scene::{
     Reflectance, Scene, Texture, Wrap,
 };
 
-/// Something of every kind.
+/// A scene with one object of every kind.
 pub(super) fn scene() -> Scene {
     let camera = Camera::look_at(DVec3::new(0.0, 1.0, 6.0), DVec3::ZERO, DVec3::Y, 0.7);
     let film =
@@ -68,7 +68,7 @@ pub(super) fn scene() -> Scene {
     Scene::new(d).unwrap()
 }
 
-/// Numbers of no pattern, of the size `size`.
+/// Pseudorandom numbers of magnitude `size`.
 fn numbers(count: usize, seed: u64, size: f64) -> Vec<f64> {
     let mut rng = flatland::random::stream(seed, &[]);
     (0..count).map(|_| size * (flatland::random::open01(&mut rng) - 0.5)).collect()
@@ -133,7 +133,7 @@ fn adam_takes_the_steps_of_its_definition() {
     // With one v, small gradients make small steps.
     let step = Adam::new(0.1).uniform().step(&[3.0, -1e-3]);
     assert!((step[1] / step[0] + 1e-3 / 3.0).abs() < 1e-12);
-    // A quadratic valley of two widths.
+    // A quadratic valley with two curvatures.
     let (mut x, mut adam) = ([4.0, -3.0], Adam::new(0.1));
     for t in 0..2000 {
         adam.rate = 0.1 * (1.0 - f64::from(t) / 2000.0);

@@ -1,4 +1,4 @@
-//! Parameters by name: their values, their derivatives and what is refused.
+//! Parameters by name: values, derivatives and errors.
 
 use glam::{DMat3, DQuat, DVec3};
 
@@ -8,7 +8,7 @@ use crate::gradient::Tangent;
 use crate::optimize::Parameters;
 use crate::scene::{Camera, Description, Environment, Light, Scene};
 
-/// The same under an environment map.
+/// The scene under an environment map.
 fn under_a_map() -> Scene {
     let mut d = scene().description().clone();
     let to_world = DMat3::from_rotation_y(0.4);
@@ -38,7 +38,7 @@ const ALL: [&str; 19] = [
     "camera.fov",
 ];
 
-/// What moves together, and what is one number of each vector.
+/// Collections that move together, and single components.
 const OTHERS: [&[&str]; 5] = [
     &["all.translation", "all.rotation", "all.scale", "sky.rotation", "beam.rotation"],
     &["lights.translation", "lights.rotation"],
@@ -59,7 +59,7 @@ fn lists() -> Vec<(Scene, Vec<&'static str>)> {
     std::iter::once((scene(), ALL.to_vec())).chain(others).collect()
 }
 
-/// A scene some way from where it was, and its parameters there.
+/// A scene moved some way from rest, and its parameters there.
 fn moved(mut scene: Scene, names: &[&str]) -> (Scene, Parameters, Vec<f64>) {
     let parameters = Parameters::new(&scene, names).unwrap();
     let mut x = parameters.values(&scene);
@@ -95,7 +95,7 @@ fn values_go_to_a_scene_and_come_back() {
     assert_eq!(again.values(&moved), expected);
 }
 
-/// Of all that may move: what a tangent says of it beside differences.
+/// Rates of all quantities that may move: by the tangent and by differences.
 fn rates(
     scene: &Scene,
     tangent: &Tangent,
@@ -116,7 +116,7 @@ fn rates(
     }
     let [now, p, m] = [scene, plus, minus].map(Scene::description);
     for (l, light) in now.lights.iter().enumerate() {
-        // The offset of a scene may move with what is in it.
+        // The offset of a scene may move with its contents.
         let frame = |light: &Light| match light {
             Light::Point { position, .. } => (*position, DVec3::ZERO),
             Light::Spot { position, to_world, .. } | Light::Projector { position, to_world, .. } => {
@@ -184,7 +184,7 @@ fn gradients_are_the_transpose_of_tangents() {
         let (scene, parameters, x) = moved(rest, &names);
         let direction = numbers(x.len(), 3, 1.0);
         let tangent = parameters.tangent(&scene, &x, &direction);
-        // A covector of everything that may be active.
+        // A covector of all quantities that may be active.
         let everything = numbers(1, 4, 1.0)[0];
         let mut covector = tangent.clone();
         let Tangent { positions, normals, pose, light_rotation, intensity, radiance, .. } = &mut covector;
@@ -193,7 +193,7 @@ fn gradients_are_the_transpose_of_tangents() {
             *p = DVec3::new((i as f64).sin(), (2.0 * i as f64).cos(), everything);
         }
         for i in scene.normal_range(2) {
-            // Computed normals are no parameters: a gradient has nothing for them.
+            // Computed normals are not parameters: a gradient has no entry for them.
             covector.normals[i] = DVec3::ZERO;
         }
         covector.camera.rotation = DVec3::new(0.3, -0.2, 0.9);
@@ -203,7 +203,7 @@ fn gradients_are_the_transpose_of_tangents() {
         let (forward, reverse) =
             (tangent.dot(&covector), pulled.iter().zip(&direction).map(|(a, b)| a * b).sum::<f64>());
         assert!((forward - reverse).abs() < 1e-12 * forward.abs().max(1.0), "{names:?}: {forward} {reverse}");
-        // What a sweep reports is all that the gradient asks for.
+        // The parameters that a sweep reports are all that the gradient needs.
         let active = parameters.active(&scene);
         let is_asked = |l: usize| tangent.pose[l] == DVec3::ZERO || active.poses[l];
         assert!((0..tangent.pose.len()).all(is_asked), "{names:?}");
@@ -211,7 +211,7 @@ fn gradients_are_the_transpose_of_tangents() {
     }
 }
 
-/// Tied parameters share their numbers, and the derivative by these is the sum of theirs.
+/// Tied parameters share their values, and the derivative by these is the sum of theirs.
 #[test]
 fn ties_add_up() {
     let mut scene = scene();
@@ -261,7 +261,7 @@ fn turns_are_composed_about_the_moving_centre() {
     }
 }
 
-/// About a pivot of one's own, with the shift that is fitted beside it.
+/// Rotation about a user-defined pivot, with the translation fitted beside it.
 #[test]
 fn pivots_stay_where_they_are_put() {
     let mut scene = scene();

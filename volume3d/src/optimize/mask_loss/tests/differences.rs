@@ -1,4 +1,4 @@
-//! Derivatives against central differences, in random directions of parameters and of place.
+//! Derivatives against central differences, in random directions of parameters and placement.
 
 use flatland::random::{Stream, open01, stream};
 use glam::{DMat3, DVec3};
@@ -10,7 +10,7 @@ use crate::scene::{ImplicitShape, Scene};
 use crate::sdf::Baked;
 use crate::sdf::network::{Architecture, Network};
 
-/// Directions that are compared.
+/// The number of random directions.
 const DIRECTIONS: usize = 4;
 
 fn direction(shape: &ImplicitShape, random: &mut Stream) -> ImplicitTangent {
@@ -40,8 +40,8 @@ fn dot(a: &ImplicitTangent, b: &ImplicitTangent) -> f64 {
     parameters + a.translation.dot(b.translation) + a.rotation.dot(b.rotation)
 }
 
-/// The norm of what derivatives and central differences disagree by in all directions, over that of the differences; and the same with
-/// the derivatives' sign turned.
+/// Norm of the difference between derivatives and central differences over all directions, relative to the
+/// norm of the differences; and the same with the derivatives' sign flipped.
 fn disagreement(name: &str, scene: &Scene, loss: MaskLoss, mask: &[bool], h: f64) -> [f64; 2] {
     let of = |scene: &Scene| -> MaskEvaluation { loss.of(scene, 0, mask).expect("a loss") };
     let here = of(scene);
@@ -50,7 +50,7 @@ fn disagreement(name: &str, scene: &Scene, loss: MaskLoss, mask: &[bool], h: f64
     for _ in 0..DIRECTIONS {
         let way = direction(&scene.description().implicits[0], &mut random);
         let (after, before) = (of(&moved(scene, &way, h)), of(&moved(scene, &way, -h)));
-        // Pixels that join P_in between would be a jump.
+        // Pixels that join P_in in between would be a discontinuity.
         for there in [&after, &before] {
             assert_eq!((there.covered, there.missing), (here.covered, here.missing), "{name}");
         }
@@ -69,12 +69,12 @@ fn disagreement(name: &str, scene: &Scene, loss: MaskLoss, mask: &[bool], h: f64
     [right, wrong]
 }
 
-/// All masks and two sharpnesses; h² times third derivatives, and rounding over h, are below the bound.
+/// All masks and two values of α; h² times third derivatives, and rounding over h, are below the bound.
 fn compare(name: &str, scene: &Scene, h: f64, bound: f64) {
     let count = SIZE.0 * SIZE.1;
     let outline = outline(scene);
     let own = loss().of(scene, 0, &outline).expect("a loss");
-    // The search along rays and the path tracer see the same.
+    // The search along rays and the path tracer agree on visibility.
     assert_eq!((own.missing, own.excess), (0, 0), "{name}");
     let masks = [
         ("left half", left_half()),
@@ -106,7 +106,7 @@ fn of_a_network() {
     compare("network", &network(), 1e-6, 1e-5);
 }
 
-/// A network on a grid is searched itself, in single precision, whose rounding is divided by h.
+/// A network on a grid is itself searched, in single precision, whose rounding is divided by h.
 #[test]
 fn of_a_network_on_a_grid() {
     let architecture = Architecture { hidden: 2, width: 32, sharpness: 20.0, frequencies: 0 };

@@ -30,7 +30,7 @@ fn the_loss_of_a_ball_is_its_closed_form() {
     let origin = scene.description().camera.origin;
     let distance = |ray: &DVec3| (ball.centre() - origin).cross(*ray).length() - ball.radius();
     let least: Vec<f64> = rays(&scene).iter().map(distance).collect();
-    // No ray misses it.
+    // Every ray hits it.
     let region = Ball::new(DVec3::ZERO, 2.0).expect("a ball");
     for alpha in [5.0, 50.0, 1600.0] {
         for mask in [left_half(), vec![true; COUNT], vec![false; COUNT], outline(&scene)] {
@@ -58,7 +58,7 @@ fn the_loss_of_a_ball_is_its_closed_form() {
     }
 }
 
-/// What is seen is what the path tracer sees; with a mask of that, only pixels about 1/α from the silhouette are left.
+/// With the path tracer's own mask, only pixels about 1/α from the silhouette contribute.
 #[test]
 fn of_its_own_outline_the_loss_goes_to_zero() {
     let scene = scene(ball(0.5));
@@ -116,7 +116,7 @@ fn losses_of_pixels_have_that_of_all_for_their_mean() {
     assert_eq!(twice.covered, 2 * all.covered);
 }
 
-/// Lengths in units of the ball change nothing.
+/// Settings are lengths in units of the ball's radius, so that scaling changes nothing.
 #[test]
 fn the_numbers_of_idr_are_in_units_of_the_ball() {
     let ball = |scale: f64| Ball::new(DVec3::new(0.1, 0.0, 0.0) * scale, 0.5 * scale).expect("a ball");
@@ -128,7 +128,7 @@ fn the_numbers_of_idr_are_in_units_of_the_ball() {
     assert_eq!(loss().sharpened(0, 0).alpha, 50.0);
 }
 
-/// Also with the camera within the region, and with rays that miss it.
+/// Includes a camera within the region, and rays that miss it.
 #[test]
 fn extremes_are_finite() {
     for (centre, radius) in
@@ -148,7 +148,8 @@ fn extremes_are_finite() {
     }
 }
 
-/// Of a trefoil's tube, with several minima along many rays: against 4,000 points, and with what is not refined.
+/// The tube of a trefoil knot, with several minima along many rays, against 4,000 points and against the
+/// unrefined search.
 #[test]
 fn minima_are_those_of_a_fine_search() {
     let knot = Knot::new(DVec3::ZERO, (2, 3), (0.5, 0.2), 0.08).expect("a knot");
@@ -170,7 +171,7 @@ fn minima_are_those_of_a_fine_search() {
             (0..=count).map(|k| shape.value(origin + at(k) * direction)).fold(f64::INFINITY, f64::min)
         };
         let (fine, hundred) = (among(4_000), among(100));
-        // The fine search itself is too large by no more than a step of slope 1.
+        // The fine search itself is too large by at most a step of slope 1.
         assert!(least.jet.value < fine + 0.01 && least.jet.value > fine - 1e-4);
         coarse = coarse.max(hundred - fine);
         worst = worst.max(least.jet.value - fine);
@@ -183,7 +184,7 @@ fn minima_are_those_of_a_fine_search() {
     assert!(exact as f64 >= 0.97 * f64::from(total));
 }
 
-/// Along a ray past a ball few of 101 points can be less than what was found.
+/// Along a ray past a ball few of 101 points can be less than the best so far.
 #[test]
 fn points_that_cannot_be_less_are_left_out() {
     let asked = Arc::new(AtomicUsize::new(0));

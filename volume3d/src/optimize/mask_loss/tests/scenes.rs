@@ -1,4 +1,4 @@
-//! Surfaces before a camera, and masks.
+//! Test scenes: surfaces in front of a camera, and masks.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -13,15 +13,15 @@ use crate::scene::{Camera, Description, Film, Filter, Implicit, Material, Placem
 use crate::sdf::network::{Architecture, Network};
 use crate::sdf::{Grid, Interpolation};
 
-/// Columns and rows of all films: unlike, and with no pixel at the centre.
+/// Columns and rows of all films: unequal, and with no pixel at the centre.
 pub(super) const SIZE: (usize, usize) = (20, 16);
 
-/// What is seen from 3 units before the origin.
+/// The surface seen from a distance of 3 units in front of the origin.
 pub(super) fn scene(surface: impl Implicit) -> Scene {
     scaled(surface, 1.0)
 }
 
-/// The same with the camera `scale` times as far away.
+/// The surface with the camera `scale` times as far away.
 pub(super) fn scaled(surface: impl Implicit, scale: f64) -> Scene {
     let camera = Camera::look_at(DVec3::new(0.3, 0.2, -3.0) * scale, DVec3::ZERO, DVec3::Y, 0.8);
     let film = Film {
@@ -37,7 +37,7 @@ pub(super) fn scaled(surface: impl Implicit, scale: f64) -> Scene {
     Scene::new(description).expect("a scene")
 }
 
-/// IDR's numbers within the unit ball.
+/// The settings of IDR within the unit ball.
 pub(super) fn loss() -> MaskLoss {
     MaskLoss::new(Ball::new(DVec3::ZERO, 1.0).expect("a ball"))
 }
@@ -46,7 +46,7 @@ pub(super) fn ball(radius: f64) -> Ball<DVec3> {
     Ball::new(DVec3::new(0.05, -0.1, 0.08), radius).expect("a ball")
 }
 
-/// A ball in 16³ nodes, turned and moved.
+/// A ball on 16³ nodes, rotated and translated.
 pub(super) fn turned_grid() -> Scene {
     let corners = (DVec3::splat(-1.0), DVec3::splat(1.0));
     let distance = |x: DVec3| x.length() - 0.5 - 0.1 * (3.0 * x.x).sin() * (2.0 * x.y).cos();
@@ -60,7 +60,8 @@ pub(super) fn turned_grid() -> Scene {
     scene
 }
 
-/// A network whose surface is within the unit ball: narrow ones begin far from spheres.
+/// A network whose surface is within the unit ball; narrow networks are far from spheres after
+/// initialisation.
 pub(super) fn network() -> Scene {
     let architecture = Architecture { hidden: 4, width: 16, sharpness: 100.0, frequencies: 0 };
     let axes = [DVec3::X, DVec3::Y, DVec3::Z, DVec3::splat(0.58), DVec3::new(0.58, -0.58, 0.58)];
@@ -78,7 +79,7 @@ pub(super) fn rays(scene: &Scene) -> Vec<DVec3> {
     (0..SIZE.0 * SIZE.1).map(|i| ray((i % SIZE.0, i / SIZE.0))).collect()
 }
 
-/// The mask that the path tracer sees.
+/// The mask rendered by the path tracer.
 pub(super) fn outline(scene: &Scene) -> Vec<bool> {
     let origin = scene.description().camera.origin;
     rays(scene).into_iter().map(|ray| scene.closest(origin, ray, None).is_some()).collect()
@@ -89,7 +90,7 @@ pub(super) fn left_half() -> Vec<bool> {
     (0..SIZE.0 * SIZE.1).map(|i| i % SIZE.0 < SIZE.0 / 2).collect()
 }
 
-/// A ball that counts how often it is asked, and is no number beyond a plane.
+/// A ball that counts its evaluations, and is NaN beyond a plane.
 #[derive(Clone, Debug)]
 pub(super) struct Watched {
     pub(super) ball: Ball<DVec3>,
