@@ -24,7 +24,8 @@ use context::{Context, Quality};
 
 /// Draws the figures of warped-area sampling and writes a gallery page, index.html, that explains them.
 ///
-/// Every number shown is computed by the run. The same seed gives the same numbers on any number of threads, but for times, which are the machine's.
+/// Every number shown is computed by the run. The same seed gives the same numbers on any number of threads,
+/// but for times, which are the machine's.
 #[derive(Debug, Parser)]
 #[command(version, args_conflicts_with_subcommands = true)]
 struct Options {

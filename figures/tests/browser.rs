@@ -1,4 +1,5 @@
-//! The gallery in a real browser, where the machine has one: nothing missing, nothing wider than the window, no errors.
+//! The gallery in a real browser, where the machine has one: nothing missing, nothing wider than the window,
+//! no errors.
 
 use std::fs;
 use std::path::Path;

@@ -1,7 +1,9 @@
-//! The modules of every crate are a house without circles: in no folder do files or folders import one another in a ring.
+//! The modules of every crate are a house without circles: in no folder do files or folders import one
+//! another in a ring.
 //!
-//! What a module imports is read from all paths in its code, tests left out. A name that a folder's `mod.rs` hands on
-//! counts as that of the file it comes from. A folder's own `mod.rs` may use its children and be used by them.
+//! What a module imports is read from all paths in its code, tests left out. A name that a folder's `mod.rs`
+//! hands on counts as that of the file it comes from. A folder's own `mod.rs` may use its children and be
+//! used by them.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;

@@ -19,7 +19,8 @@ use volume3d::gradient::{GradientError, Method, Pilot, Progress, Tangent, render
 use volume3d::io::load_scene;
 use volume3d::scene::Scene;
 
-/// Scenes that mean something else here, and why: the list of deviations is that of `volume3d::guide::deviations`.
+/// Scenes that mean something else here, and why: the list of deviations is that of
+/// `volume3d::guide::deviations`.
 const DEVIATIONS: [(&str, &str); 1] =
     [("lamp_with_normals", "a mesh emits as far as its faces are seen from the front, and not its normals")];
 

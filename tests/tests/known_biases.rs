@@ -41,8 +41,9 @@ fn turning_disc(bar: bool) -> (Scene, Motion) {
 /// The largest |z| of any pixel against the exact derivative. What could have been noticed is how much of the
 /// silhouettes' own speed leaks into the image.
 ///
-/// The derivative is 0 but for the polygon's corners. G is the derivative of a disc whose silhouettes move across
-/// themselves as fast as they turn here: ⟨G, found − exact⟩/⟨G, G⟩ is what leaks, and counts as one more z.
+/// The derivative is 0 but for the polygon's corners. G is the derivative of a disc whose silhouettes move
+/// across themselves as fast as they turn here: ⟨G, found − exact⟩/⟨G, G⟩ is what leaks, and counts as one
+/// more z.
 fn leak(power: &mut Power, name: &str, method: &impl Method, scene: &Scene, motion: &Motion) -> f64 {
     let exact = Exact.forward(scene, motion, &film()).expect("differentiable").mean;
     let found = method.forward(scene, motion, &film()).expect("valid");
@@ -54,8 +55,8 @@ fn leak(power: &mut Power, name: &str, method: &impl Method, scene: &Scene, moti
     leaked(power, name, &pixels, &grown)
 }
 
-/// The largest |z| of pixels, each how far off it is and its standard error, and of their sum in the weights of a
-/// derivative, which is what could have been noticed.
+/// The largest |z| of pixels, each how far off it is and its standard error, and of their sum in the weights
+/// of a derivative, which is what could have been noticed.
 fn leaked(power: &mut Power, name: &str, pixels: &[(f64, f64)], weights: &[f64]) -> f64 {
     let norm: f64 = weights.iter().map(|g| g * g).sum();
     let weighted = pixels.iter().zip(weights);

@@ -26,8 +26,8 @@ fn per_kind() -> u64 {
 /// Nothing degenerate about them.
 static GENERIC: LazyLock<Vec<Known>> = LazyLock::new(|| coverage(&CoverageKind::GENERIC, per_kind()));
 
-/// As many as auxiliary rays are traced in. In one scene of thirty their errors have tails so heavy that it would decide:
-/// more samples of few scenes say more.
+/// As many as auxiliary rays are traced in. In one scene of thirty their errors have tails so heavy that it
+/// would decide: more samples of few scenes say more.
 static FEW: LazyLock<Vec<Known>> = LazyLock::new(|| coverage(&CoverageKind::GENERIC, 4));
 
 /// Worlds a million times smaller, larger or farther from the origin.
@@ -46,9 +46,9 @@ fn with(warp: Warp) -> WarpedArea {
     WarpedArea { field: Field::AuxiliaryRays, warp, ..warped() }
 }
 
-/// The velocity of what is seen, as it is, and its divergence: a pair of auxiliary rays so close that it sees what the
-/// sample sees. With δ of variance 1/κ, E[κ δ·(V(u + δ) − V(u − δ))/2] is ∇·V wherever V is smooth, and of the pairs that
-/// straddle a silhouette there are too few to find one.
+/// The velocity of what is seen, as it is, and its divergence: a pair of auxiliary rays so close that it sees
+/// what the sample sees. With δ of variance 1/κ, E[κ δ·(V(u + δ) − V(u − δ))/2] is ∇·V wherever V is smooth,
+/// and of the pairs that straddle a silhouette there are too few to find one.
 fn direct() -> WarpedArea {
     // Apart by 10⁻⁸ pixels: 10⁵ times what rounding moves a film point by, and a sample in 10⁷ may straddle.
     let kernels = Kernels { film: 1e16, ..Kernels::default() };
@@ -77,8 +77,8 @@ fn other_warps_are_unbiased() {
     accept(&mut power, "stratified points", &FEW, &longer(Warp { points, ..warp }));
 }
 
-/// What is thinner than samples are apart is found by edge sampling, which knows where edges are. Warped area meets
-/// too few of them to say anything: `RESULTS.md` shows what it finds.
+/// What is thinner than samples are apart is found by edge sampling, which knows where edges are. Warped area
+/// meets too few of them to say anything: `RESULTS.md` shows what it finds.
 #[test]
 fn edge_sampling_is_unbiased() {
     let mut power = Power::of("space_coverage::edge_sampling_is_unbiased");
@@ -135,15 +135,16 @@ fn stated_standard_errors_are_what_repetitions_show() {
     compared.accept(&mut power, "ratio of the errors", 1.0);
 }
 
-/// The largest share that one of some numbers has of their spread, Σ (x − mean)²: 10% in the mean of 64 normal deviates,
-/// and most of it under tails without a variance, however many there are.
+/// The largest share that one of some numbers has of their spread, Σ (x − mean)²: 10% in the mean of 64
+/// normal deviates, and most of it under tails without a variance, however many there are.
 fn largest_share(numbers: &[f64]) -> f64 {
     let mean = numbers.iter().sum::<f64>() / numbers.len() as f64;
     let squares: Vec<f64> = numbers.iter().map(|x| (x - mean).powi(2)).collect();
     squares.iter().copied().fold(0.0, f64::max) / squares.iter().sum::<f64>()
 }
 
-/// The default field's variance is finite here: no run of 64 carries much of their spread, in the median over scenes.
+/// The default field's variance is finite here: no run of 64 carries much of their spread, in the median over
+/// scenes.
 #[test]
 fn no_run_carries_the_spread() {
     let median = |mut shares: Vec<f64>| {
@@ -165,8 +166,8 @@ fn no_run_carries_the_spread() {
     assert!(found < 0.2 && half > 0.2 && one > 0.5, "{found} {half} {one}");
 }
 
-/// Where the camera turns or zooms all that is seen moves alike, and velocities jump nowhere: the control that is
-/// rejected below fails for its silhouettes alone.
+/// Where the camera turns or zooms all that is seen moves alike, and velocities jump nowhere: the control
+/// that is rejected below fails for its silhouettes alone.
 #[test]
 fn the_direct_field_is_unbiased_where_nothing_passes_before_anything() {
     let mut power =

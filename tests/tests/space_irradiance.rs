@@ -127,8 +127,8 @@ fn edges(samples: usize) -> EdgeSampling {
     }
 }
 
-/// A method on a set of scenes: the verdict on all of them, and, where there are enough, by what moves, as a bias of one
-/// kind of motion must not hide among the others.
+/// A method on a set of scenes: the verdict on all of them, and, where there are enough, by what moves, as a
+/// bias of one kind of motion must not hide among the others.
 fn judge(
     power: &mut Power,
     name: &str,
@@ -173,7 +173,8 @@ fn receivers() {
 fn degenerate_kinds() {
     let mut power = Power::of("space_irradiance::degenerate_kinds");
     for kind in IrradianceKind::DEGENERATE {
-        // Most tiny emitters are hidden, or moved by nothing: it takes many scenes, and long runs to tell a zero.
+        // Most tiny emitters are hidden, or moved by nothing: it takes many scenes, and long runs to tell a
+        // zero.
         let (count, times) = match kind {
             IrradianceKind::TinyEmitter => (pick(0, 72), 12),
             _ => (12, 1),

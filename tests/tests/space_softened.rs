@@ -1,8 +1,10 @@
-//! Unbiasedness of softened means over jumps with samples of the curves that they leave: on the film, of meshes of constant radiance against
-//! the exact derivative of their coverage, with crossings and without; and of direct light with penumbras, where shadows are sampled.
+//! Unbiasedness of softened means over jumps with samples of the curves that they leave: on the film, of
+//! meshes of constant radiance against the exact derivative of their coverage, with crossings and without;
+//! and of direct light with penumbras, where shadows are sampled.
 //!
-//! Whatever the softness, the mean is the derivative: from next to none, where all is followed, to so much that only the border of what
-//! is seen is. Without the samples of curves it is not, and with twice as many of them either: the controls.
+//! Whatever the softness, the mean is the derivative: from next to none, where all is followed, to so much
+//! that only the border of what is seen is. Without the samples of curves it is not, and with twice as many
+//! of them either: the controls.
 
 use std::sync::LazyLock;
 
@@ -88,7 +90,8 @@ fn penumbras_are_unbiased() {
     reject("interior only", &PENUMBRAS, |k, half| k.estimate(half, &still));
 }
 
-/// A pilot looks at a scene before it chooses a method and splits its samples: what it sees must not be in what is then estimated.
+/// A pilot looks at a scene before it chooses a method and splits its samples: what it sees must not be in
+/// what is then estimated.
 #[test]
 fn what_a_pilot_chooses_is_unbiased() {
     let mut power = Power::of("space_softened::what_a_pilot_chooses_is_unbiased");

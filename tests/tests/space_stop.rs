@@ -1,4 +1,5 @@
-//! Whoever asks a computation to stop waits for a moment, not for a cell: one pixel may have millions of samples.
+//! Whoever asks a computation to stop waits for a moment, not for a cell: one pixel may have millions of
+//! samples.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -27,8 +28,8 @@ fn scene() -> Scene {
 /// As many samples take many seconds.
 const MANY: usize = 1 << 22;
 
-/// When the wish to stop comes, and how long it may take to be heard. It takes a sample or two; the rest is for
-/// machines that are busy with other things.
+/// When the wish to stop comes, and how long it may take to be heard. It takes a sample or two; the rest is
+/// for machines that are busy with other things.
 const AFTER: Duration = Duration::from_millis(100);
 const PATIENCE: Duration = Duration::from_millis(900);
 

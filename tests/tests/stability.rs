@@ -38,8 +38,8 @@ fn pair(scale: f64, offset: DVec2) -> Case {
     Case { scene, motion, film, label: format!("pair × {scale} + {offset}") }
 }
 
-/// The exact engine against the oracle and against itself, and warped area against the exact engine, `held` to all of
-/// the derivative where nothing is far below the spacing of samples.
+/// The exact engine against the oracle and against itself, and warped area against the exact engine, `held`
+/// to all of the derivative where nothing is far below the spacing of samples.
 fn row(extreme: impl Into<String>, case: Case, method: &WarpedArea, held: bool) -> Row {
     let velocities = case.velocities();
     let oracle = oracle::image(&case.scene, &velocities, &case.film);

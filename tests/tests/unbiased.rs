@@ -25,8 +25,8 @@ use tests::scenes::{Case, Kind};
 use tests::statistics::suite_threshold;
 
 /// Kinds on which the Monte Carlo methods are tested. On nearly coincident edges that part, the
-/// derivative exists only within their gap, and slivers are thinner than samples are apart, which then find nothing of
-/// them: the exact tests cover both, and slivers those of edge sampling.
+/// derivative exists only within their gap, and slivers are thinner than samples are apart, which then find
+/// nothing of them: the exact tests cover both, and slivers those of edge sampling.
 const KINDS: [Kind; 11] = [
     Kind::Generic,
     Kind::CoincidentTogether,
@@ -121,8 +121,8 @@ fn warped_area_with_other_warps() {
         let original = Warp { debias, ..Warp::original(8) };
         let method = WarpedArea { samples: 2 * SAMPLES, ..warped(original) };
         accept(&mut power, "warped area, γ = 3, linear B", &method);
-        // Its variance is infinite: no single scene's error is normal, the regression over all of them has to do, and
-        // takes longer than all else here.
+        // Its variance is infinite: no single scene's error is normal, the regression over all of them has to
+        // do, and takes longer than all else here.
         let debias = Debias::RussianRoulette { rays: 4, tail: 1.5 };
         let roulette = WarpedArea { samples: 3 * SAMPLES, ..warped(Warp { debias, ..Warp::default() }) };
         let v = Verdict::of(&KNOWN, |k, seed| k.run(seed, &roulette));
@@ -157,8 +157,8 @@ fn edge_sampling() {
     v.accept(&mut power, "edge sampling", limits());
 }
 
-/// A softened mean over jumps with its residual: for any softness, from next to none to more than the reach, with which shapes
-/// follow nothing but their own border.
+/// A softened mean over jumps with its residual: for any softness, from next to none to more than the reach,
+/// with which shapes follow nothing but their own border.
 #[test]
 fn softened_mean_over_jumps() {
     let mut power = Power::of("unbiased::softened_mean_over_jumps");
@@ -219,7 +219,8 @@ fn fields_that_know_all_silhouettes() {
     harmonic.accept(&mut power, "harmonic field", limits());
 }
 
-/// A smooth field that knows nothing of the scene, V(u) = a + A u: a translation, a turn and a stretch at once.
+/// A smooth field that knows nothing of the scene, V(u) = a + A u: a translation, a turn and a stretch at
+/// once.
 struct Affine;
 
 impl WarpField<Plane> for Affine {
@@ -238,8 +239,8 @@ impl WarpField<Plane> for Still {
     }
 }
 
-/// The residual theorem: the area integral of *any* continuous field with the boundary integral of what it leaves is the
-/// derivative; without that it is not.
+/// The residual theorem: the area integral of *any* continuous field with the boundary integral of what it
+/// leaves is the derivative; without that it is not.
 #[test]
 fn any_continuous_field_with_its_residual() {
     let mut power = Power::of("unbiased::any_continuous_field_with_its_residual");

@@ -1,6 +1,8 @@
-//! Seconds to find where surfaces pass through one another: in one sphere, which does not, and in two spheres that do.
+//! Seconds to find where surfaces pass through one another: in one sphere, which does not, and in two spheres
+//! that do.
 //!
-//! `cargo bench -p volume3d --bench crossing`. The query is made once a scene, by the first geometric gradient.
+//! `cargo bench -p volume3d --bench crossing`. The query is made once a scene, by the first geometric
+//! gradient.
 
 mod icosphere;
 

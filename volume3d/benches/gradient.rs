@@ -1,8 +1,8 @@
-//! Seconds a gradient, on all threads: a sphere of 1,280 triangles that turns over a plane under a rectangular light,
-//! 64 × 64 pixels of 16 samples.
+//! Seconds a gradient, on all threads: a sphere of 1,280 triangles that turns over a plane under a
+//! rectangular light, 64 × 64 pixels of 16 samples.
 //!
-//! `cargo bench -p volume3d --bench gradient`; with `-- --quick` in less than a minute. Methods differ in noise and
-//! bias as well: how they compare at equal error, figures tell.
+//! `cargo bench -p volume3d --bench gradient`; with `-- --quick` in less than a minute. Methods differ in
+//! noise and bias as well: how they compare at equal error, figures tell.
 
 mod icosphere;
 
@@ -21,7 +21,8 @@ const SAMPLES: usize = 16;
 /// Splits of an icosahedron: 20 · 4³ = 1,280 triangles.
 const LEVELS: usize = 3;
 
-/// The scene and the change: the sphere turns about an axis beside it, so that its silhouette and its shadow move.
+/// The scene and the change: the sphere turns about an axis beside it, so that its silhouette and its shadow
+/// move.
 fn turning_sphere() -> (Scene, Tangent) {
     let camera = Camera::look_at(DVec3::new(0.0, 2.5, 6.0), DVec3::new(0.0, 0.6, 0.0), DVec3::Y, 0.7);
     let film = Film {

@@ -1,7 +1,9 @@
-//! Visits of a grid of 64³ cells, one thread: φ and ∇φ, all second derivatives besides, and the transpose. Then the same of
-//! networks of 4 × 64 neurons, without an encoding and with six frequencies, one point at a time in double precision, and many in single.
+//! Visits of a grid of 64³ cells, one thread: φ and ∇φ, all second derivatives besides, and the transpose.
+//! Then the same of networks of 4 × 64 neurons, without an encoding and with six frequencies, one point at a
+//! time in double precision, and many in single.
 //!
-//! `cargo bench -p volume3d --bench sdf`; an iteration is one visit, or, where elements are counted, 4096 of them.
+//! `cargo bench -p volume3d --bench sdf`; an iteration is one visit, or, where elements are counted, 4096 of
+//! them.
 
 use std::hint::black_box;
 

@@ -1,19 +1,20 @@
 //! Warped-area sampling in space in two hundred lines, to be read, not used.
 //!
 //! A pixel is I = ∫ h(u) L(u; θ) du over film points u. L jumps at silhouettes, which move with θ, so dI/dθ
-//! is not ∫ h dL/dθ du. Warped-area sampling (Bangaru, Li and Durand 2020) moves the samples with a field V of
-//! velocities of directions, continuous, and equal to the silhouettes' velocity at silhouettes. With
-//! F = h L |du/dω|, over directions ω,
+//! is not ∫ h dL/dθ du. Warped-area sampling (Bangaru, Li and Durand 2020) moves the samples with a field V
+//! of velocities of directions, continuous, and equal to the silhouettes' velocity at silhouettes. With F = h
+//! L |du/dω|, over directions ω,
 //!
 //! ```text
 //! dI/dθ = ∫ ∂F/∂θ + ∇·(V F) dω = ∫ d/dε F(ω + ε V; θ + ε) (1 + ε ∇·V) dω        at ε = 0
 //! ```
 //!
-//! and numbers that carry d/dε evaluate it. The light that a surface reflects is such an integral again, with a
-//! field of its own.
+//! and numbers that carry d/dε evaluate it. The light that a surface reflects is such an integral again, with
+//! a field of its own.
 //!
-//! Here: direct light, diffuse surfaces, one channel, fields of auxiliary rays. `basic/world.rs` holds triangles
-//! and rays. The library has other fields, materials and strategies; `tests/tests/basic.rs` compares the two.
+//! Here: direct light, diffuse surfaces, one channel, fields of auxiliary rays. `basic/world.rs` holds
+//! triangles and rays. The library has other fields, materials and strategies; `tests/tests/basic.rs`
+//! compares the two.
 
 use std::f64::consts::{PI, TAU};
 
@@ -51,8 +52,8 @@ struct Auxiliary {
 
 /// (V, ∇·V) at the direction u.
 fn field(world: &World, eye: Eye, u: DVec3, kappa: f64, rng: &mut Stream) -> (DVec3, f64) {
-    // A quotient of sums is biased at any number of rays. The differences between 2ʲ n rays and both halves of
-    // them add up to its limit; Russian roulette draws one of them.
+    // A quotient of sums is biased at any number of rays. The differences between 2ʲ n rays and both halves
+    // of them add up to its limit; Russian roulette draws one of them.
     let level = (open01(rng).ln() / DOUBLING.ln()) as u32;
     let probability = (1.0 - DOUBLING) * DOUBLING.powi(level as i32);
     let rays: Vec<_> = (0..PAIRS << level).flat_map(|_| auxiliary_pair(world, eye, u, kappa, rng)).collect();
@@ -101,7 +102,8 @@ fn auxiliary_pair(world: &World, eye: Eye, u: DVec3, kappa: f64, rng: &mut Strea
     })
 }
 
-/// One sample of the radiance along a moving ray. Without warps of the light's directions, shadows do not move.
+/// One sample of the radiance along a moving ray. Without warps of the light's directions, shadows do not
+/// move.
 fn radiance(world: &World, eye: Eye, direction: Vec3<D>, warp_light: bool, rng: &mut Stream) -> D {
     let Some(hit) = world.trace(eye, direction.value()) else { return D::constant(0.0) };
     let Surface { reflectance, emitted, point, normal } = world.surface(&hit, eye, direction);
@@ -121,7 +123,8 @@ fn radiance(world: &World, eye: Eye, direction: Vec3<D>, warp_light: bool, rng: 
     D::constant(emitted) + reflected * (reflectance / PI * incident * solid_angle)
 }
 
-/// Value and derivative of one sample of a pixel with a tent filter of radius 1, less `control` for the radiance.
+/// Value and derivative of one sample of a pixel with a tent filter of radius 1, less `control` for the
+/// radiance.
 fn sample(
     (world, scene): (&World, &Scene),
     [px, py]: [usize; 2],

@@ -4,7 +4,8 @@
 //! cargo run --release -p volume3d --example gradient -- FOLDER
 //! ```
 //!
-//! FOLDER (`gradient` unless given) gets `image.png` and `gradient.png`, in which blue pixels get darker and red ones brighter.
+//! FOLDER (`gradient` unless given) gets `image.png` and `gradient.png`, in which blue pixels get darker and
+//! red ones brighter.
 
 use std::error::Error;
 use std::path::{Path, PathBuf};

@@ -4,9 +4,10 @@
 //! cargo run --release -p volume3d --example mesh -- FOLDER
 //! ```
 //!
-//! Eight small pictures of a rounded cube are rendered. Every step looks at a few of them, and moves the vertices of a sphere
-//! down the gradient of the difference, by large steps that keep the surface smooth. FOLDER (`mesh` unless given) gets
-//! pictures of the target, the start and the fit, and the fitted mesh as OBJ.
+//! Eight small pictures of a rounded cube are rendered. Every step looks at a few of them, and moves the
+//! vertices of a sphere down the gradient of the difference, by large steps that keep the surface smooth.
+//! FOLDER (`mesh` unless given) gets pictures of the target, the start and the fit, and the fitted mesh as
+//! OBJ.
 
 use std::collections::HashMap;
 use std::error::Error;

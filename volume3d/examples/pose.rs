@@ -4,8 +4,9 @@
 //! cargo run --release -p volume3d --example pose -- FOLDER
 //! ```
 //!
-//! The picture is rendered from `scenes/table.xml`. Then the block is moved and turned away, and descends the gradient of
-//! the difference between pictures. FOLDER (`pose` unless given) gets target, start and fit as PNG, and the fitted scene.
+//! The picture is rendered from `scenes/table.xml`. Then the block is moved and turned away, and descends the
+//! gradient of the difference between pictures. FOLDER (`pose` unless given) gets target, start and fit as
+//! PNG, and the fitted scene.
 
 use std::error::Error;
 use std::f64::consts::PI;

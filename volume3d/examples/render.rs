@@ -4,8 +4,9 @@
 //! cargo run --release -p volume3d --example render -- FOLDER
 //! ```
 //!
-//! FOLDER (`render` unless given) gets the image as `image.png`, to look at, and as `image.exr`, linear and not clamped, its standard
-//! error as `error.exr`, and the scene as `scene.xml`, which the command `volume3d` reads.
+//! FOLDER (`render` unless given) gets the image as `image.png`, to look at, and as `image.exr`, linear and
+//! not clamped, its standard error as `error.exr`, and the scene as `scene.xml`, which the command `volume3d`
+//! reads.
 
 use std::error::Error;
 use std::f64::consts::FRAC_PI_2;

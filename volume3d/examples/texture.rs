@@ -4,10 +4,11 @@
 //! cargo run --release -p volume3d --example texture -- FOLDER
 //! ```
 //!
-//! The table of `scenes/table.xml` gets a pattern, and is rendered. Then the pattern is forgotten: every texel is grey, and descends the
-//! gradient of the difference between pictures. What the camera does not see of the table, because a block hides it or
-//! the picture ends, has no derivative: nothing can be known of it, and it stays grey. FOLDER (`texture` unless given)
-//! gets pictures and patterns of the truth, the start and the fit as PNG.
+//! The table of `scenes/table.xml` gets a pattern, and is rendered. Then the pattern is forgotten: every
+//! texel is grey, and descends the gradient of the difference between pictures. What the camera does not see
+//! of the table, because a block hides it or the picture ends, has no derivative: nothing can be known of it,
+//! and it stays grey. FOLDER (`texture` unless given) gets pictures and patterns of the truth, the start and
+//! the fit as PNG.
 
 use std::error::Error;
 use std::f64::consts::PI;

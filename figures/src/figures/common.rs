@@ -35,8 +35,8 @@ pub(crate) fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |largest, value| largest.max(value.abs()))
 }
 
-/// Draws an arrow along a turn: a white line with a dark rim through `at` of angles, and the tip at the last of the
-/// stations.
+/// Draws an arrow along a turn: a white line with a dark rim through `at` of angles, and the tip at the last
+/// of the stations.
 pub(crate) fn draw_turn(
     canvas: &mut Canvas,
     at: impl Fn(f64) -> DVec2,

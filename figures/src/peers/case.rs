@@ -155,8 +155,8 @@ fn pixels(path: &Path, (width, height): (usize, usize)) -> anyhow::Result<Vec<DV
     Ok(image.pixels)
 }
 
-/// The parameter of a scene: p' = p + θ·axis, or a right-handed rotation by θ radians about the axis through the
-/// centre.
+/// The parameter of a scene: p' = p + θ·axis, or a right-handed rotation by θ radians about the axis through
+/// the centre.
 #[derive(Deserialize)]
 struct Theta {
     kind: Kind,

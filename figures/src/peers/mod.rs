@@ -28,11 +28,12 @@ static STOP: AtomicBool = AtomicBool::new(false);
 /// Exit code after an interruption, as shells use.
 pub(crate) const INTERRUPTED: u8 = 130;
 
-/// Measures our methods on the scenes of a folder, and compares them at equal time with what is stored of others.
+/// Measures our methods on the scenes of a folder, and compares them at equal time with what is stored of
+/// others.
 ///
 /// A scene NAME stands in SCENES/NAME as NAME.xml, NAME_smooth.xml (interpolated normals) and theta.json, its
-/// reference in `NAME_FILTER[_vn]_{img,grad,varmean}.npy`. Measured rows are kept in OUT/peers_runs.csv: a run
-/// that was interrupted goes on where it was. The tables are OUT/peers.csv and OUT/peers.md.
+/// reference in `NAME_FILTER[_vn]_{img,grad,varmean}.npy`. Measured rows are kept in OUT/peers_runs.csv: a
+/// run that was interrupted goes on where it was. The tables are OUT/peers.csv and OUT/peers.md.
 #[derive(Args, Debug)]
 pub(crate) struct Options {
     /// The folder of scenes.

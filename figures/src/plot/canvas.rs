@@ -191,7 +191,8 @@ impl Canvas {
         self.fill_polygon(&[rect.corners()], color);
     }
 
-    /// A frame whose inner edge runs along the rectangle, on whole device pixels; pictures keep all of their pixels.
+    /// A frame whose inner edge runs along the rectangle, on whole device pixels; pictures keep all of their
+    /// pixels.
     pub(crate) fn frame(&mut self, rect: Rect, pen: &Pen) {
         let width = (pen.width * SCALE).round().max(1.0) / SCALE;
         let outer = rect.inset(-width, -width, -width, -width);

@@ -60,8 +60,8 @@ impl Color {
 
 /// Categorical colours that stay apart for colour-blind readers and in grey print.
 ///
-/// Okabe and Ito's "Color Universal Design" set, the yellow darkened to an ochre so that thin lines of it show on
-/// white, and a dark grey for references.
+/// Okabe and Ito's "Color Universal Design" set, the yellow darkened to an ochre so that thin lines of it
+/// show on white, and a dark grey for references.
 pub(crate) struct Palette;
 
 impl Palette {

@@ -74,8 +74,8 @@ impl Canvas {
         }
     }
 
-    /// The field of `width` columns as a framed picture with its colour bar on the right, as large as `space` allows,
-    /// in its top left corner. Returns the rectangle of the picture alone.
+    /// The field of `width` columns as a framed picture with its colour bar on the right, as large as `space`
+    /// allows, in its top left corner. Returns the rectangle of the picture alone.
     pub(crate) fn field(&mut self, width: usize, values: &[f64], shading: &Shading, space: Rect) -> Rect {
         let ticks = bar_ticks(shading, 6.0);
         let style = TextStyle::new(TEXT, Color::MUTED);

@@ -25,7 +25,8 @@ pub(crate) fn dark(canvas: &Canvas) -> Vec<u8> {
     pixels
 }
 
-/// The colour of the same hue whose lightness (the mean of its largest and least channel) is 1 less its own, between page and ink.
+/// The colour of the same hue whose lightness (the mean of its largest and least channel) is 1 less its own,
+/// between page and ink.
 fn turned(rgb: [u8; 3]) -> [u8; 3] {
     let (least, most) = rgb.iter().fold((255, 0), |(a, b), &c| (c.min(a), c.max(b)));
     let shift = 255.0 - f64::from(least) - f64::from(most);

@@ -99,7 +99,8 @@ pub(crate) struct View {
 }
 
 impl View {
-    /// Shows the scene box from `low` to `high` as large as `page` allows, y growing down the page as image rows do.
+    /// Shows the scene box from `low` to `high` as large as `page` allows, y growing down the page as image
+    /// rows do.
     pub(crate) fn downward(low: DVec2, high: DVec2, page: Rect) -> Self {
         let size = (high - low).max(DVec2::splat(f64::MIN_POSITIVE));
         let scale = DVec2::splat((page.width / size.x).min(page.height / size.y));

@@ -29,8 +29,8 @@ pub(crate) struct Figure {
 }
 
 impl Figure {
-    /// A figure whose body has the given size in logical pixels (720–960 wide suits the gallery); the title adds its own
-    /// height, and takes none if empty.
+    /// A figure whose body has the given size in logical pixels (720–960 wide suits the gallery); the title
+    /// adds its own height, and takes none if empty.
     pub(crate) fn new(body_width: f64, body_height: f64, title: &str) -> Self {
         let above = if title.is_empty() { 0.0 } else { TITLE + 13.0 };
         let mut canvas = Canvas::new(body_width + 2.0 * MARGIN, body_height + above + 2.0 * MARGIN);

@@ -99,8 +99,9 @@ impl Canvas {
         covered
     }
 
-    /// Draws a picture in a thin frame, as large as `space` allows at its own aspect ratio, in the top left corner.
-    /// Magnified, every pixel is a square of the same whole number of device pixels. Returns the rectangle covered.
+    /// Draws a picture in a thin frame, as large as `space` allows at its own aspect ratio, in the top left
+    /// corner. Magnified, every pixel is a square of the same whole number of device pixels. Returns the
+    /// rectangle covered.
     pub(crate) fn picture(&mut self, raster: &Raster, space: Rect) -> Rect {
         let size = (raster.width as f64, raster.height as f64);
         let mut magnification = (space.width * SCALE / size.0).min(space.height * SCALE / size.1);

@@ -5,8 +5,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 use volume3d::geometry::{Mesh, Proximity};
 
-/// The symmetric Chamfer distance ½ (mean over points a of A of d(a, B) + mean over points b of B of d(b, A)), with `count` points uniform on
-/// each surface and distances to the other's nearest triangle: 0 for equal surfaces, whatever their triangles.
+/// The symmetric Chamfer distance ½ (mean over points a of A of d(a, B) + mean over points b of B of d(b,
+/// A)), with `count` points uniform on each surface and distances to the other's nearest triangle: 0 for
+/// equal surfaces, whatever their triangles.
 pub(crate) fn chamfer(a: &Mesh, b: &Mesh, count: usize, seed: u64) -> f64 {
     let mean = |distances: Vec<f64>| distances.iter().sum::<f64>() / count as f64;
     0.5 * (mean(one_sided(a, b, count, seed)) + mean(one_sided(b, a, count, seed + 1)))

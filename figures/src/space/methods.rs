@@ -64,7 +64,8 @@ pub(crate) const METHODS: &[Method] = &[
         },
     ),
     Method::new(["rotation", "rotation", "rotation"], Palette::PURPLE, 24, |task, progress| {
-        // Kernels as wide as a pixel: narrower ones see fewer edges at once, and have less bias and more variance.
+        // Kernels as wide as a pixel: narrower ones see fewer edges at once, and have less bias and more
+        // variance.
         let kernels = Kernels { film: 1.0, ..Kernels::default() };
         let method = Rotation { samples: task.samples, kernels, seed: task.seed, ..Rotation::default() };
         method.forward(task.scene, task.change, progress)

@@ -143,7 +143,8 @@ pub(crate) struct Reconstruction {
     pub(crate) moments: Vec<Moment>,
     /// The distance within which 95 % of both surfaces are, in parts of the diagonal.
     pub(crate) hausdorff: f64,
-    /// 10 log₁₀ of 1 over the mean square difference of each held-out view, in decibels: of radiances, the sky being 1.
+    /// 10 log₁₀ of 1 over the mean square difference of each held-out view, in decibels: of radiances, the
+    /// sky being 1.
     pub(crate) decibels: Vec<f64>,
     /// A held-out view: of the target, at first, and after each phase.
     pub(crate) target: Vec<DVec3>,

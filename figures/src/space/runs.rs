@@ -33,9 +33,9 @@ impl Reference {
 
 /// Statistics of independent runs of one method, in units of the reference's power.
 ///
-/// With rᵢ the difference of run i and the reference, ⟨rᵢ, rᵢ⟩ has the mean b² + v + f and ⟨rᵢ, rⱼ⟩ the mean b² + f,
-/// where b is the bias, v the variance of one run and f the reference's own noise. Everything below follows from
-/// these products; errors are those of the jackknife over runs.
+/// With rᵢ the difference of run i and the reference, ⟨rᵢ, rᵢ⟩ has the mean b² + v + f and ⟨rᵢ, rⱼ⟩ the mean
+/// b² + f, where b is the bias, v the variance of one run and f the reference's own noise. Everything below
+/// follows from these products; errors are those of the jackknife over runs.
 #[derive(Clone, Debug)]
 pub(crate) struct Compared {
     /// v, the variance of one run.
@@ -104,7 +104,8 @@ fn true_slope(runs: &[Vec<DVec3>], reference: &[Vec<DVec3>]) -> Ratio {
     Ratio { error: ours.error.hypot(theirs.error), ..ours }
 }
 
-/// Σ w ⟨g, s⟩/Σ w ⟨s, s⟩ over pixels for one run g, with w = 1/(v + median v) from the variance v of the other runs.
+/// Σ w ⟨g, s⟩/Σ w ⟨s, s⟩ over pixels for one run g, with w = 1/(v + median v) from the variance v of the
+/// other runs.
 fn quiet_slope(runs: &[Vec<DVec3>], run: usize, reference: &[Vec<DVec3>]) -> f64 {
     let others: Vec<&Vec<DVec3>> = (0..runs.len()).filter(|i| *i != run).map(|i| &runs[i]).collect();
     let variances: Vec<f64> = (0..runs[run].len()).map(|pixel| spread(&others, pixel).1).collect();

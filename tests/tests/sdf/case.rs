@@ -69,8 +69,8 @@ impl Case {
     /// The largest |z| of a pixel.
     fn worst(&self, label: &str, found: &Estimate<Vec<f64>>) -> f64 {
         assert!(found.non_finite.is_empty(), "{label}");
-        // Those within 5·10⁻⁸ r/t radians of a silhouette, of four at most in 1.6 radians: one in 10⁷ is expected, and
-        // biases the estimate by less than its own share.
+        // Those within 5·10⁻⁸ r/t radians of a silhouette, of four at most in 1.6 radians: one in 10⁷ is
+        // expected, and biases the estimate by less than its own share.
         assert!(found.out_of_steps <= 1 + found.rays / 1_000_000, "{label}: {} rays", found.out_of_steps);
         let pixels = found.mean.iter().zip(&self.exact).zip(&found.standard_error);
         let z = pixels.map(|((mean, exact), error)| {

@@ -26,8 +26,8 @@ fn ends(scene: &Scene, inside: f64) -> [f64; 2] {
     })
 }
 
-/// The image of such a shape, by sums over each smooth piece of `count` rays, which α = a + (b − a)(1 − cos πs)/2
-/// makes dense where the square roots at its ends are.
+/// The image of such a shape, by sums over each smooth piece of `count` rays, which α = a + (b − a)(1 − cos
+/// πs)/2 makes dense where the square roots at its ends are.
 fn dense_image(scene: &Scene, film: &AngularFilm, inside: f64, count: usize) -> Vec<f64> {
     let silhouettes = ends(scene, inside);
     let of_pixel = |pixel: usize| {

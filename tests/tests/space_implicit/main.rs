@@ -1,5 +1,5 @@
-//! Implicit surfaces in scenes, among meshes: gradients of the default method against central differences of images, on the
-//! film, in shadows of each on the other and of a surface on itself, forward and in reverse.
+//! Implicit surfaces in scenes, among meshes: gradients of the default method against central differences of
+//! images, on the film, in shadows of each on the other and of a surface on itself, forward and in reverse.
 
 mod scenes;
 
@@ -100,7 +100,8 @@ fn so_they_are_among_meshes() {
     accept("space_implicit::so_they_are_among_meshes", cases, pick(128, 160), samples);
 }
 
-/// By the field of Bangaru et al. (2022): before the sky, over a floor that it shades, shading itself, and behind a mesh.
+/// By the field of Bangaru et al. (2022): before the sky, over a floor that it shades, shading itself, and
+/// behind a mesh.
 #[test]
 fn all_points_follow_them_as_well() {
     let behind = Moving { effort: 20, ..scenes::behind_a_mesh() };
@@ -108,7 +109,8 @@ fn all_points_follow_them_as_well() {
     accept("space_implicit::all_points_follow_them_as_well", cases, 128, all_points);
 }
 
-/// By auxiliary rays: before the sky, seen by a camera that moves, and in shadows of meshes and of one another.
+/// By auxiliary rays: before the sky, seen by a camera that moves, and in shadows of meshes and of one
+/// another.
 #[test]
 fn auxiliary_rays_follow_them_too() {
     let balls = Moving { effort: 2, ..scenes::two_balls() };
@@ -165,8 +167,8 @@ fn softened_fields_need_their_curves() {
     compare(&moving, &method, 512).reject("silhouettes of meshes left out");
 }
 
-/// What must be rejected: no warp at all, a grid whose ∇φ jumps between its cells, and auxiliary rays that do not know how near the
-/// silhouette is.
+/// What must be rejected: no warp at all, a grid whose ∇φ jumps between its cells, and auxiliary rays that do
+/// not know how near the silhouette is.
 #[test]
 fn controls_are_rejected() {
     let kinked = scenes::kinked_grid();
@@ -181,8 +183,8 @@ fn controls_are_rejected() {
     }
 }
 
-/// From micrometres to megametres, if the scene is in metres: images are the same, and so are their derivatives, to rounding and
-/// what the edges of rounding decide, such as whether a ray hits.
+/// From micrometres to megametres, if the scene is in metres: images are the same, and so are their
+/// derivatives, to rounding and what the edges of rounding decide, such as whether a ray hits.
 #[test]
 fn units_of_length_change_nothing() {
     let gradient = |unit: f64| {

@@ -1,4 +1,5 @@
-//! Small scenes in which implicit surfaces and meshes hide one another, cast shadows on one another, and move.
+//! Small scenes in which implicit surfaces and meshes hide one another, cast shadows on one another, and
+//! move.
 
 use flatland::sdf::Sdf as _;
 use flatland::sdf::shapes::{Ball, SmoothUnion};

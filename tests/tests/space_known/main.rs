@@ -30,7 +30,8 @@ fn cube(centre: DVec3, half: f64, turn: DQuat) -> Mesh {
     Mesh::cube().transformed(&DAffine3::from_scale_rotation_translation(DVec3::splat(half), turn, centre))
 }
 
-/// A scene whose derivative is known. Where that is 0, errors are measured by the image, as if it changed by itself.
+/// A scene whose derivative is known. Where that is 0, errors are measured by the image, as if it changed by
+/// itself.
 fn known(scene: Scene, change: Tangent, exact: f64, label: &str) -> Known {
     let mut k = Known::given(scene, change, exact, label);
     k.scale = k.weighted(&render(&k.scene, 64, 1, &Progress::none()).expect("not stopped").image.pixels);
@@ -64,8 +65,8 @@ fn edges(samples: usize) -> EdgeSampling {
     }
 }
 
-/// Asserts that an estimate is its reference but for its noise and the slack, and that it would not be with a bias that
-/// must be noticed. Of a reference of 0, noise is measured by `scale`.
+/// Asserts that an estimate is its reference but for its noise and the slack, and that it would not be with a
+/// bias that must be noticed. Of a reference of 0, noise is measured by `scale`.
 fn agree(power: &mut Power, label: &str, found: Estimate, reference: Estimate, [slack, scale]: [f64; 2]) {
     Comparison { found, reference, limit: limit(), slack }.accept(power, label, scale);
 }
@@ -230,8 +231,8 @@ fn awkward_places() {
     touching.shapes[2].mesh = plate(DVec3::new(0.6, 0.3, -0.4), DVec3::new(-0.3, 0.0, 1.0), 0.3);
     let mut along = court(filter, 1.0, DVec3::ZERO);
     along.camera = Camera::look_at(DVec3::new(0.2, 0.01, 2.6), DVec3::new(0.0, 0.1, 0.0), DVec3::Y, 0.8);
-    // With how many times the runs of differences, and how many the samples: in the shell everything is lit by
-    // everything, and a lamp that touches the floor is near its own border.
+    // With how many times the runs of differences, and how many the samples: in the shell everything is lit
+    // by everything, and a lamp that touches the floor is near its own border.
     let places = [
         ("lamp on the floor", touching, 2, 8),
         ("along the floor", along, 1, 1),

@@ -83,7 +83,8 @@ fn outline(balls: &[MovingBall], index: usize, shading: Shading, add: &mut impl 
     }
 }
 
-/// ∫ dL/dt in fixed directions, over what is seen of a disc. Cells crowd at the outline as ψ = β(1 − q²) does, where L has a root.
+/// ∫ dL/dt in fixed directions, over what is seen of a disc. Cells crowd at the outline as ψ = β(1 − q²)
+/// does, where L has a root.
 fn interior(balls: &[MovingBall], index: usize, shading: Shading, add: &mut impl FnMut(DVec3, f64)) {
     let MovingBall { centre, radius, velocity, growth } = balls[index];
     let (beta, [axis, s, t]) = balls[index].disc();

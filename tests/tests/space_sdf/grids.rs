@@ -1,5 +1,5 @@
-//! Grids: a cubic one has no bias that is seen, and a trilinear one, whose ∇φ jumps from cell to cell, has one that no refinement
-//! removes.
+//! Grids: a cubic one has no bias that is seen, and a trilinear one, whose ∇φ jumps from cell to cell, has
+//! one that no refinement removes.
 
 use std::f64::consts::TAU;
 

@@ -1,4 +1,5 @@
-//! Implicit surfaces in space: fields over the sphere of directions against exact derivatives of films and of irradiance.
+//! Implicit surfaces in space: fields over the sphere of directions against exact derivatives of films and of
+//! irradiance.
 
 mod balls;
 mod case;
@@ -27,7 +28,8 @@ const LIT: Shading = Shading {
 /// What blocks the light of a white sky.
 const DARK: Shading = Shading { base: 0.0, position: DVec3::ZERO, normal: DVec3::ZERO, background: 1.0 };
 
-/// Ten times coarser than that of scenes, with so many points that at most two rays in 40,000 run out of them.
+/// Ten times coarser than that of scenes, with so many points that at most two rays in 40,000 run out of
+/// them.
 const TRACER: Tracer = Tracer { step_scale: 1.0, tolerance: 1e-5, max_steps: 600, far: 10.0 };
 
 fn vicini() -> ViciniField {
@@ -101,9 +103,10 @@ fn name(outputs: Outputs) -> &'static str {
     if matches!(outputs, Outputs::Film) { "film" } else { "irradiance" }
 }
 
-/// With 6·10⁶ samples, once, Vicini's field and Bangaru's: ball on a film 1.0026 ± 0.0017 and 1.0061 ± 0.0019, its irradiance
-/// 1.0108 ± 0.0030 and 1.0106 ± 0.0031, union on a film 1.006 ± 0.005 and 1.005 ± 0.003. A hundredth is the tolerance's: at 10⁻⁶ and
-/// 2,000 points irradiance is 1.0036 and 1.0032, at 10⁻⁷ and 6,000 it is 1.0008 and 0.9998, ± 0.003 to 0.004.
+/// With 6·10⁶ samples, once, Vicini's field and Bangaru's: ball on a film 1.0026 ± 0.0017 and 1.0061 ±
+/// 0.0019, its irradiance 1.0108 ± 0.0030 and 1.0106 ± 0.0031, union on a film 1.006 ± 0.005 and 1.005 ±
+/// 0.003. A hundredth is the tolerance's: at 10⁻⁶ and 2,000 points irradiance is 1.0036 and 1.0032, at 10⁻⁷
+/// and 6,000 it is 1.0008 and 0.9998, ± 0.003 to 0.004.
 #[test]
 fn smooth_shapes() {
     let mut power = Power::of("space_sdf::smooth_shapes");

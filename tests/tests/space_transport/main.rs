@@ -1,12 +1,12 @@
-//! Whole paths against central differences with common random numbers, where there is no closed form, and forward
-//! against reverse mode for every parameter.
+//! Whole paths against central differences with common random numbers, where there is no closed form, and
+//! forward against reverse mode for every parameter.
 //!
-//! Every scene is one number: its gradient image in the weights of a rough, independent estimate of it, so that parts
-//! of opposite sign do not cancel and every pixel counts as it should. Differences are biased by powers of their step.
-//! They are extrapolated from three steps (Richardson), and what the last two extrapolations differ by is allowed as
-//! error, beside the standard errors of both sides. Edge sampling, whose samples have light tails, is compared with
-//! them; it is then what warped area is compared with. Every method must reject what is wrong with its own terms, a
-//! bias of [`NOTICED`] among it.
+//! Every scene is one number: its gradient image in the weights of a rough, independent estimate of it, so
+//! that parts of opposite sign do not cancel and every pixel counts as it should. Differences are biased by
+//! powers of their step. They are extrapolated from three steps (Richardson), and what the last two
+//! extrapolations differ by is allowed as error, beside the standard errors of both sides. Edge sampling,
+//! whose samples have light tails, is compared with them; it is then what warped area is compared with. Every
+//! method must reject what is wrong with its own terms, a bias of [`NOTICED`] among it.
 
 mod methods;
 mod parameters;
@@ -205,7 +205,8 @@ fn a_smooth_sphere() {
     compare(&mut power, known(d, grow, "a sphere in view"), 4.5e-2, [6, 4, 2], FILM);
 }
 
-/// A cube with normals as a ball's, which turns its other side to the camera and to the floor far from any edge.
+/// A cube with normals as a ball's, which turns its other side to the camera and to the floor far from any
+/// edge.
 #[test]
 fn a_smooth_cube() {
     let mut power = Power::of("space_transport::a_smooth_cube");

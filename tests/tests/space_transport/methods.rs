@@ -56,9 +56,9 @@ fn terms(k: &Known, runs: u64, method: Method) -> Vec<[f64; 3]> {
     (0..runs).into_par_iter().map(run).collect()
 }
 
-/// Both methods on a scene, and what each must reject of its own. `times` says how many times as many independent runs as
-/// there are at least differences, edge sampling and warped area are given: the spread of each is estimated by as many
-/// degrees of freedom.
+/// Both methods on a scene, and what each must reject of its own. `times` says how many times as many
+/// independent runs as there are at least differences, edge sampling and warped area are given: the spread of
+/// each is estimated by as many degrees of freedom.
 pub(crate) fn compare(power: &mut Power, k: Known, step: f64, times: [u64; 3], controls: &[Control]) {
     let k = k.focused(16384, 4e-2);
     let [difference_runs, edge_runs, warped_runs] = times.map(|times| 192 * times);

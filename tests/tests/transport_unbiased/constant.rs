@@ -65,7 +65,8 @@ fn what_is_known_by_an_argument() {
 /// A method by how many paths a pixel it is given.
 type Sampled<'a> = &'a dyn Fn(usize) -> GradientImage;
 
-/// The standard error of the sum of all pixels, and what it is measured by: the image and the terms that cancel.
+/// The standard error of the sum of all pixels, and what it is measured by: the image and the terms that
+/// cancel.
 fn noise(found: &GradientImage, image: f64) -> (f64, f64) {
     let terms: f64 = found.mean.iter().flat_map(|t| t.to_array()).map(f64::abs).sum();
     (found.standard_error.total.iter().map(|e| e * e).sum::<f64>().sqrt(), image + terms)

@@ -2,7 +2,8 @@
 //! on the same worlds.
 //!
 //! Worlds without any discontinuity come first: only cosines, distances and lobes change there. Then
-//! those whose film sees no jump (`Kind::Direct`), then all others. Seeds are fixed, and the false-alarm rate is that of the whole suite.
+//! those whose film sees no jump (`Kind::Direct`), then all others. Seeds are fixed, and the false-alarm rate
+//! is that of the whole suite.
 
 mod constant;
 mod softened;
@@ -27,8 +28,8 @@ use tests::transport::worlds::{Case, Kind, Moving};
 /// Light scattered once.
 static ONCE: LazyLock<Vec<Known>> = LazyLock::new(|| known(&Kind::GENERIC, &Moving::ALL, pick(10, 16), 1));
 
-/// As many for the harmonic field, whose slope between two jumps is one over their distance: where they nearly coincide
-/// no affordable number of samples tells a zero. More samples of few worlds say more.
+/// As many for the harmonic field, whose slope between two jumps is one over their distance: where they
+/// nearly coincide no affordable number of samples tells a zero. More samples of few worlds say more.
 static FEW: LazyLock<Vec<Known>> = LazyLock::new(|| known(&Kind::GENERIC, &Moving::ALL, 10, 1));
 
 /// Others of them, for what is far off.

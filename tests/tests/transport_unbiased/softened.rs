@@ -1,4 +1,5 @@
-//! Softened means over jumps with samples of what they leave to the boundary, from the exact mean to edge sampling.
+//! Softened means over jumps with samples of what they leave to the boundary, from the exact mean to edge
+//! sampling.
 
 use std::sync::LazyLock;
 
@@ -43,7 +44,8 @@ fn softened_means_over_jumps() {
     }
 }
 
-/// Reverse mode by itself: the gradient along the change, with the standard error of the same samples forward.
+/// Reverse mode by itself: the gradient along the change, with the standard error of the same samples
+/// forward.
 #[test]
 fn softened_means_over_jumps_in_reverse() {
     let mut power = Power::of("transport_unbiased::softened_means_over_jumps_in_reverse");
@@ -71,8 +73,8 @@ fn softened_controls_are_rejected() {
 /// How far apart two plates are.
 const GAP: f64 = 1e-6;
 
-/// Two black plates with a gap between them, one of which moves, over a floor: from above the floor is seen to shine through the gap,
-/// and from below it is lit through it.
+/// Two black plates with a gap between them, one of which moves, over a floor: from above the floor is seen
+/// to shine through the gap, and from below it is lit through it.
 fn gap(is_above: bool) -> (World, Camera, Tangent) {
     let p = DVec2::new;
     let shine = if is_above { 1.5 } else { 0.0 };
@@ -98,9 +100,9 @@ fn exponent(errors: [f64; 5]) -> f64 {
     regression_slope(&NUMBERS.map(|n| (n as f64).ln()), &errors.map(f64::ln))
 }
 
-/// In a tight gap the square of an error falls by half whenever samples double, from few samples on: none is rare and large. The exact
-/// mean has what moves there in samples of the gap, one in a million, and all others know nothing of it: its error is all of the
-/// derivative, and more where one is met.
+/// In a tight gap the square of an error falls by half whenever samples double, from few samples on: none is
+/// rare and large. The exact mean has what moves there in samples of the gap, one in a million, and all
+/// others know nothing of it: its error is all of the derivative, and more where one is met.
 #[test]
 fn softened_samples_of_a_tight_gap_have_short_tails() {
     let mut power = Power::of("transport_unbiased::softened_samples_of_a_tight_gap_have_short_tails");

@@ -72,7 +72,8 @@ fn terms_are_those_of_the_exact_engine() {
             let pairs = all.iter().zip(halves).map(|(terms, halves)| (&terms[which], &halves[which]));
             Verdict::on(pairs.filter(|(term, _)| counts(term)))
         };
-        // Where nothing moves but what the camera sees, the harmonic field's primary term is noise that cancels.
+        // Where nothing moves but what the camera sees, the harmonic field's primary term is noise that
+        // cancels.
         let harmonic = on(&harmonic, &|term| term.exact != 0.0);
         harmonic.accept(&mut power, &format!("{name} term, harmonic field"), limits());
         on(&edges, &|_| true).accept(&mut power, &format!("{name} term, edge sampling"), limits());

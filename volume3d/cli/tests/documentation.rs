@@ -26,8 +26,8 @@ const PROGRAM: &str = "volume3d ";
 const EXAMPLE: &str = "cargo run --release -p volume3d --example ";
 const INSTALL: &str = "cargo install --path ";
 
-/// Pixels along each side of the picture here, instead of the guide's 128, and seconds of a study instead of a minute: the lines
-/// take as long as they say.
+/// Pixels along each side of the picture here, instead of the guide's 128, and seconds of a study instead of
+/// a minute: the lines take as long as they say.
 const SIZE: usize = 20;
 const STUDY: &str = " --budget 2";
 /// Samples of a check, about as many in all as the guide's 256 on its 128 × 128 pixels.
@@ -61,7 +61,8 @@ fn blocks<'t>(text: &'t str, kind: &str) -> Vec<&'t str> {
 /// Steps of the fit here, instead of 80.
 const STEPS: &str = "steps = 3\n";
 
-/// A folder with the guide's scene, a mesh for it, an adjoint image, and the scenes that come with the program.
+/// A folder with the guide's scene, a mesh for it, an adjoint image, and the scenes that come with the
+/// program.
 fn place() -> TempDir {
     let place = tempfile::tempdir().unwrap();
     let guide = read("volume3d/guide/start.md");
@@ -125,8 +126,8 @@ fn fault(place: &Path, line: &str) -> Option<String> {
     (output.status.code() != Some(0)).then(|| format!("{line}: {}: {said}", output.status))
 }
 
-/// What is wrong with a line that installs the program from a folder, if anything: this package must be there, with a program
-/// of the name that the other lines call.
+/// What is wrong with a line that installs the program from a folder, if anything: this package must be
+/// there, with a program of the name that the other lines call.
 fn fault_of_installing(line: &str, folder: &str) -> Option<String> {
     let same =
         root().join(folder).canonicalize().ok() == Path::new(env!("CARGO_MANIFEST_DIR")).canonicalize().ok();

@@ -118,7 +118,8 @@ pub(crate) fn rate(v: Vec3<D>) -> DVec3 {
     DVec3::new(v.x.slope(), v.y.slope(), v.z.slope())
 }
 
-/// `scenes/table.xml` on a small film, without its sky and its second bounce, and its block's motion to the right.
+/// `scenes/table.xml` on a small film, without its sky and its second bounce, and its block's motion to the
+/// right.
 pub(crate) fn table() -> (Scene, Tangent) {
     let no_files = |_: &Path| Err(std::io::ErrorKind::NotFound.into());
     let text = include_bytes!("../../scenes/table.xml");

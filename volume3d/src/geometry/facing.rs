@@ -26,8 +26,8 @@ impl Mesh {
         (0..self.triangles().len()).filter(turned).collect()
     }
 
-    /// The same mesh, with those triangles turned, and how many they are: their fronts are then where their vertex
-    /// normals point to.
+    /// The same mesh, with those triangles turned, and how many they are: their fronts are then where their
+    /// vertex normals point to.
     #[must_use]
     pub fn with_fronts_by_normals(mut self) -> (Self, usize) {
         let turned = self.contrary();

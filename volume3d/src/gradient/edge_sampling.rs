@@ -62,7 +62,8 @@ impl EdgeSampling {
     ///
     /// # Errors
     /// [`GradientError`]: `Unsupported` if geometry moves in front of ideal mirrors or under lights without
-    /// extent, or such a light moves that casts shadows, `Tangent` if the tangent belongs to another scene, `Samples` if there are none, and `Stopped`.
+    /// extent, or such a light moves that casts shadows, `Tangent` if the tangent belongs to another scene,
+    /// `Samples` if there are none, and `Stopped`.
     pub fn forward(
         &self,
         scene: &Scene,
@@ -107,8 +108,8 @@ impl EdgeSampling {
     ///
     /// # Errors
     /// [`GradientError`]: `Unsupported` if geometry is active in front of ideal mirrors or under lights
-    /// without extent, or such a light moves that casts shadows, `Adjoint` if the adjoint image differs from the film in size, `Samples` if there are
-    /// none, and `Stopped`.
+    /// without extent, or such a light moves that casts shadows, `Adjoint` if the adjoint image differs from
+    /// the film in size, `Samples` if there are none, and `Stopped`.
     pub fn reverse(
         &self,
         scene: &Scene,

@@ -30,8 +30,8 @@ use crate::scene::Scene;
 /// | [`interior`](Self::interior) | 0, without edges | no, unless nothing geometric changes |
 /// | [`finite_difference`](Self::finite_difference) | none | no: O(step²) |
 ///
-/// [The guide](crate::guide::methods) says when to choose which. All options of a method are fields of its own type, which the
-/// variants hold.
+/// [The guide](crate::guide::methods) says when to choose which. All options of a method are fields of its
+/// own type, which the variants hold.
 #[derive(Clone, Debug)]
 pub enum Estimator {
     /// A pilot chooses between unbiased methods, and splits their samples.
@@ -63,7 +63,8 @@ impl From<Method> for Estimator {
 }
 
 impl Estimator {
-    /// The method that a pilot expects to err least in the time of `samples` samples per pixel of warped-area sampling.
+    /// The method that a pilot expects to err least in the time of `samples` samples per pixel of warped-area
+    /// sampling.
     #[must_use]
     pub fn auto(samples: usize, seed: u64) -> Self {
         Self::Auto(Pilot { samples, seed })
@@ -133,7 +134,8 @@ impl Estimator {
         }
     }
 
-    /// The method that the pilot chooses for a scene and its active parameters; the estimator itself if it has no pilot.
+    /// The method that the pilot chooses for a scene and its active parameters; the estimator itself if it
+    /// has no pilot.
     ///
     /// For a fit: choose once, and take every step [with a seed](Self::with_seed) of its own.
     ///
@@ -182,7 +184,8 @@ impl Estimator {
         }
     }
 
-    /// As [`forward`](Self::forward), with interior, primary and secondary terms apart; finite differences have none.
+    /// As [`forward`](Self::forward), with interior, primary and secondary terms apart; finite differences
+    /// have none.
     ///
     /// # Errors
     /// As for [`forward`](Self::forward).
@@ -206,7 +209,8 @@ impl Estimator {
     /// ∂L/∂θ of every active parameter, for the loss L whose ∂L/∂I is `adjoint`.
     ///
     /// # Errors
-    /// Those of the method, as for [`WarpedArea::reverse`]; [`GradientError::NoReverse`] for finite differences.
+    /// Those of the method, as for [`WarpedArea::reverse`]; [`GradientError::NoReverse`] for finite
+    /// differences.
     pub fn reverse(
         &self,
         scene: &Scene,
@@ -227,7 +231,8 @@ impl Estimator {
     }
 }
 
-/// The choice in words: the method, its expected error relative to the others', and why those were not chosen.
+/// The choice in words: the method, its expected error relative to the others', and why those were not
+/// chosen.
 impl fmt::Display for Choice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { method, candidates, in_haste, is_lost } = self;

@@ -24,8 +24,8 @@ use crate::scene::Scene;
 /// is differentiated, mirrors and point lights included. Both sides share their random numbers, which are
 /// independent of those of [`render`](super::render).
 ///
-/// Where one side is outside a parameter's range, as that of a radiance of 0, it is replaced by the scene at θ,
-/// and the bias is O(h): [`GradientImage::one_sided`] says so.
+/// Where one side is outside a parameter's range, as that of a radiance of 0, it is replaced by the scene at
+/// θ, and the bias is O(h): [`GradientImage::one_sided`] says so.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FiniteDifference {
     /// Samples per pixel, each traced twice.
@@ -55,7 +55,8 @@ impl FiniteDifference {
     /// Derivative of every pixel along a tangent. The image returned with it is the mean of both sides.
     ///
     /// # Errors
-    /// [`GradientError`]: a step that is not positive, or that leads out of a parameter's range on both sides.
+    /// [`GradientError`]: a step that is not positive, or that leads out of a parameter's range on both
+    /// sides.
     pub fn forward(
         &self,
         scene: &Scene,

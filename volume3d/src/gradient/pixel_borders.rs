@@ -6,8 +6,8 @@ use super::film::FilmPlane;
 use crate::geometry::Edges;
 use crate::scene::Scene;
 
-/// Edges of a shape that the camera sees along borders of pixels under the box filter, or along a border of the
-/// film that cuts other filters.
+/// Edges of a shape that the camera sees along borders of pixels under the box filter, or along a border of
+/// the film that cuts other filters.
 ///
 /// Exactly on a border, a pixel has no derivative by motion across it, only two one-sided ones; all methods
 /// return their mean. Near a border, the derivative is valid for displacements shorter than the distance

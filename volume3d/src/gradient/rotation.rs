@@ -43,8 +43,8 @@ impl Rotation {
     ///
     /// # Errors
     /// [`GradientError`]: `Unsupported` if geometry moves in front of ideal mirrors or under lights without
-    /// extent, or such a light moves that casts shadows, `Tangent` if the tangent belongs to another scene, `Samples` and `Warp` for parameters out of
-    /// range, and `Stopped`.
+    /// extent, or such a light moves that casts shadows, `Tangent` if the tangent belongs to another scene,
+    /// `Samples` and `Warp` for parameters out of range, and `Stopped`.
     pub fn forward(
         &self,
         scene: &Scene,
@@ -71,8 +71,8 @@ impl Rotation {
     ///
     /// # Errors
     /// [`GradientError`]: `Unsupported` if geometry is active in front of ideal mirrors or under lights
-    /// without extent, or such a light moves that casts shadows, `Adjoint` if the adjoint image differs from the film in size, `Samples` and `Warp` for
-    /// parameters out of range, and `Stopped`.
+    /// without extent, or such a light moves that casts shadows, `Adjoint` if the adjoint image differs from
+    /// the film in size, `Samples` and `Warp` for parameters out of range, and `Stopped`.
     pub fn reverse(
         &self,
         scene: &Scene,

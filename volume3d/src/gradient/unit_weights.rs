@@ -126,8 +126,9 @@ impl UnitWeights {
     }
 }
 
-/// The weight of a cell, at a distance of −1, 0 or 1 along an axis, in the estimate of the light near the pixel
-/// x of n. Where no sample falls beside the film, the cell on the other side stands for the one that is missing.
+/// The weight of a cell, at a distance of −1, 0 or 1 along an axis, in the estimate of the light near the
+/// pixel x of n. Where no sample falls beside the film, the cell on the other side stands for the one that is
+/// missing.
 #[inline]
 pub(super) fn nearness(film: &FilmPlane, axis: usize, x: usize, distance: isize) -> f64 {
     let weight = NEARNESS[(distance + 1) as usize];

@@ -40,8 +40,8 @@ pub struct Material {
     pub opacity: Option<Reflectance>,
     /// Bump or normal map, if any.
     pub relief: Option<Relief>,
-    /// Indices of textures whose luminance multiplies the roughness α, along u and orthogonally, with a minimum
-    /// of 10⁻⁴. Supported by rough conductors and dielectrics, and by plastic of single scattering.
+    /// Indices of textures whose luminance multiplies the roughness α, along u and orthogonally, with a
+    /// minimum of 10⁻⁴. Supported by rough conductors and dielectrics, and by plastic of single scattering.
     pub roughness_textures: [Option<usize>; 2],
     /// The material it is mixed with, if any.
     pub blend: Option<Blend>,

@@ -36,7 +36,8 @@ pub(super) struct Construction<'a> {
     pub(super) measured: (Box<dyn WarpField<Plane> + 'a>, usize),
 }
 
-/// All seven, in the order of the theory; the harmonic field comes at two tolerances, for pictures and for numbers.
+/// All seven, in the order of the theory; the harmonic field comes at two tolerances, for pictures and for
+/// numbers.
 pub(super) fn all<'a>(
     example: &'a Example,
     oracle: &'a OracleField<'a>,
@@ -50,7 +51,8 @@ pub(super) fn all<'a>(
         let field = |warp| -> Box<dyn WarpField<Plane> + 'a> {
             Box::new(AuxiliaryField { scene, velocities, warp, kappa })
         };
-        // Close to a silhouette the levels converge fast enough for a finite variance up to a radial exponent of 1/4.
+        // Close to a silhouette the levels converge fast enough for a finite variance up to a radial exponent
+        // of 1/4.
         let unbiased = Warp { weighting, radial_exponent: 0.2, ..Warp::default() };
         let points = AuxiliaryPoints::Stratified;
         let many = Warp { points, debias: Debias::Consistent { rays: effort.rays }, ..unbiased };

@@ -108,8 +108,8 @@ pub(super) fn curves(world: &World, count: usize, repeats: usize, seed: u64) -> 
 pub(super) struct Coarseness {
     /// The shorter steps' length, relative to full ones.
     pub(super) scale: f64,
-    /// The total variation of Bangaru et al.'s field between the last two silhouettes, over the difference of its
-    /// ends: 1 if it is monotone.
+    /// The total variation of Bangaru et al.'s field between the last two silhouettes, over the difference of
+    /// its ends: 1 if it is monotone.
     pub(super) variation: [f64; 2],
     /// The largest |V| of Vicini et al.'s field in the middle third between the first two.
     pub(super) bump: [f64; 2],

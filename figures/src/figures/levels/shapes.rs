@@ -19,7 +19,8 @@ pub(super) const FAR: f64 = 10.0;
 /// Displacement in time to each side for central differences.
 const STEP: f64 = 1e-4;
 
-/// Bisections of an outline, whose differences are taken, and of the last ray that hits, from the largest angle that a shape may have from its axis.
+/// Bisections of an outline, whose differences are taken, and of the last ray that hits, from the largest
+/// angle that a shape may have from its axis.
 const BISECTIONS: usize = 44;
 const FEWER_BISECTIONS: usize = 26;
 const WIDEST: f64 = 0.6;
@@ -49,7 +50,8 @@ pub(super) struct Subject {
     later: Box<dyn Fn(f64) -> Result<Shape> + Sync>,
 }
 
-/// A part of an outline: a direction on it, and ∫ v dl over the part, with v the outline's angular velocity outwards.
+/// A part of an outline: a direction on it, and ∫ v dl over the part, with v the outline's angular velocity
+/// outwards.
 pub(super) struct Arc {
     pub(super) direction: DVec3,
     pub(super) flux: f64,
@@ -89,8 +91,8 @@ impl Subject {
         Self::new("ball", true, Ball::new(CENTRE, RADIUS)?, direction, CENTRE)
     }
 
-    /// Two balls closer than they are wide, the nearer before a part of the other, blended where they are within `width` of each other:
-    /// in free space only, so that the surface is that of both for any width.
+    /// Two balls closer than they are wide, the nearer before a part of the other, blended where they are
+    /// within `width` of each other: in free space only, so that the surface is that of both for any width.
     pub(super) fn union(width: f64) -> Result<Self> {
         let near = Ball::new(DVec3::new(-0.35, -0.1, 2.5), 0.5)?;
         let far = Ball::new(DVec3::new(0.5, 0.3, 4.0), 0.8)?;

@@ -202,8 +202,9 @@ impl<'a> Target<'a> {
         (value * area, trace.end)
     }
 
-    /// The slope without noise, for a field that is differentiable wherever rays hit, and an outline that is a circle: the area integral of
-    /// ∇·(V h) over the rays that hit is the flux of V h through the last of them.
+    /// The slope without noise, for a field that is differentiable wherever rays hit, and an outline that is
+    /// a circle: the area integral of ∇·(V h) over the rays that hit is the flux of V h through the last of
+    /// them.
     pub(super) fn at_last_hits(&self, method: Method, tracer: Tracer, arcs: u32) -> f64 {
         let hits = self.subject.last_hits(tracer, arcs);
         let part = |(omega, outward, length): (DVec3, DVec3, f64)| {

@@ -75,7 +75,8 @@ fn slope(slope: Ratio) -> String {
     }
 }
 
-/// Every part by warped area, compared with edge sampling, and both whole gradients compared with finite differences.
+/// Every part by warped area, compared with edge sampling, and both whole gradients compared with finite
+/// differences.
 fn table(study: &Study) -> Table {
     let (warped, edges) = (("warped area", &study.warped), ("edge sampling", &study.edges));
     let differences = ("finite differences", &study.differences);

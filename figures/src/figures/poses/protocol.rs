@@ -82,13 +82,13 @@ fn in_ball(dice: &mut Stream) -> DVec3 {
     }
 }
 
-/// Samples a pixel of a gradient with which a step takes about as long as one of warped area with [`SAMPLES`], scene by
-/// scene in the order of [`Stage::ALL`], method by method in that of [`Racer::ALL`].
+/// Samples a pixel of a gradient with which a step takes about as long as one of warped area with
+/// [`SAMPLES`], scene by scene in the order of [`Stage::ALL`], method by method in that of [`Racer::ALL`].
 ///
-/// Processor time was measured once, on one thread of a quiet machine, with six steps from three starts of another seed. A method
-/// whose step takes within a fifth of that keeps [`SAMPLES`], and its descents are those at equal steps; another has the whole
-/// number nearest in ratio. Beside each scene stands what a step takes in units of warped area's. What it was in a run,
-/// figure13_time.csv tells.
+/// Processor time was measured once, on one thread of a quiet machine, with six steps from three starts of
+/// another seed. A method whose step takes within a fifth of that keeps [`SAMPLES`], and its descents are
+/// those at equal steps; another has the whole number nearest in ratio. Beside each scene stands what a step
+/// takes in units of warped area's. What it was in a run, figure13_time.csv tells.
 #[rustfmt::skip]
 const EQUAL_TIME: [[usize; 7]; 6] = [
     [6, 6, 6, 6, 4, 25, 4], // cylinders: 1, 1.00, 1.00, 0.98, 1.03, 1.01, 1.03

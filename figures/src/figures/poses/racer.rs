@@ -109,7 +109,8 @@ impl Racer {
                 method.reverse(scene, adjoint, &active, &still)
             }
             Self::Rotation => {
-                // Kernels as wide as a pixel: narrower ones see fewer edges at once, and have less bias and more variance.
+                // Kernels as wide as a pixel: narrower ones see fewer edges at once, and have less bias and
+                // more variance.
                 let kernels = Kernels { film: 1.0, ..Kernels::default() };
                 let control_variate = CONTROL_VARIATE;
                 let method = Rotation { samples, control_variate, kernels, seed, ..Rotation::default() };

@@ -19,7 +19,8 @@ const LIMIT: f64 = 0.25;
 
 const COLORS: [Color; 4] = [Palette::BLUE, Palette::VERMILION, Palette::GREEN, Palette::PURPLE];
 
-/// A row for the first fit of each subject and one for the first in the sun, and below the curves of those that are not.
+/// A row for the first fit of each subject and one for the first in the sun, and below the curves of those
+/// that are not.
 pub(super) fn draw(
     fits: &[&Reconstruction],
     sunny: &[&Reconstruction],

@@ -57,7 +57,8 @@ impl Subject {
     }
 }
 
-/// A closed surface of two angles u and v, facing outwards where v turns from the side away from the axis upwards.
+/// A closed surface of two angles u and v, facing outwards where v turns from the side away from the axis
+/// upwards.
 fn tube([around, across]: [usize; 2], at: impl Fn(f64, f64) -> DVec3) -> anyhow::Result<Mesh> {
     let angle = |i: usize, count: usize| TAU * i as f64 / count as f64;
     let index = |i: usize, j: usize| ((i % around) * across + j % across) as u32;

@@ -93,8 +93,8 @@ pub struct ProjectedScene {
 }
 
 impl ProjectedScene {
-    /// Cuts triangles where they pass through one another, projects all pieces and finds their order, in time O(n²)
-    /// of the pieces.
+    /// Cuts triangles where they pass through one another, projects all pieces and finds their order, in time
+    /// O(n²) of the pieces.
     ///
     /// # Errors
     /// If a vertex is not in front of the camera, a triangle is seen edge-on or overlaps another in their

@@ -9,8 +9,8 @@ fn image(scene: &DirectScene, tolerance: f64, label: &str) -> Vec<Pixel> {
     scene.image(tolerance).unwrap_or_else(|e| panic!("{e}\n{label}"))
 }
 
-/// The largest error of a difference quotient of L at points of the film, the best of a sweep of steps, relative to value
-/// and derivative. `quotient` has the value at ±h and ±h/2.
+/// The largest error of a difference quotient of L at points of the film, the best of a sweep of steps,
+/// relative to value and derivative. `quotient` has the value at ±h and ±h/2.
 pub(super) fn error_of_points(
     DirectCase { scene, label }: &DirectCase,
     (seed, points): (u64, usize),

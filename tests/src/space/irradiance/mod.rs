@@ -107,8 +107,8 @@ impl Irradiance {
 /// k of 16 digits are lost.
 ///
 /// # Errors
-/// If the world or the receiver is refused, the receiver is in the plane of a surface that rises above the horizon, or
-/// the answer is not finite.
+/// If the world or the receiver is refused, the receiver is in the plane of a surface that rises above the
+/// horizon, or the answer is not finite.
 pub fn irradiance(world: &World, receiver: &Receiver) -> Result<Irradiance> {
     world.check()?;
     unchecked(world, receiver)

@@ -62,7 +62,8 @@ impl Surface {
         self.vertices.iter().zip(&self.velocities).map(|(p, v)| Vector3::new(*p, *v) - point).collect()
     }
 
-    /// Whether a segment from x to a point meets it: brute force for tests, by the sides of its plane and edges.
+    /// Whether a segment from x to a point meets it: brute force for tests, by the sides of its plane and
+    /// edges.
     #[cfg(test)]
     pub(in crate::space) fn hides(&self, x: DVec3, point: DVec3) -> bool {
         let p = &self.vertices;

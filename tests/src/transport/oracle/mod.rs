@@ -2,8 +2,8 @@
 //!
 //! A pixel is ∫ h(u) L(u) du, and the light L that a surface reflects is an integral over directions. Each is
 //! split wherever the visible line changes, and every piece is mapped to the fixed interval 0 ≤ ξ ≤ 1:
-//! u = u₀ + ξ(u₁ − u₀), where u₀ and u₁ are dual numbers [`num_dual::Dual64`] that move with the vertices. The
-//! derivative of the integral is then the integral of the derivative, without any boundary term. Within a
+//! u = u₀ + ξ(u₁ − u₀), where u₀ and u₁ are dual numbers [`num_dual::Dual64`] that move with the vertices.
+//! The derivative of the integral is then the integral of the derivative, without any boundary term. Within a
 //! piece the integrand is continuous; it has kinks where the visible surface sees two vertices in one
 //! direction, and there the quadrature splits ξ.
 //!

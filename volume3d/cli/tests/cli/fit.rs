@@ -84,7 +84,8 @@ fn a_run_leaves_a_folder_that_says_all() {
     assert_same(&files(&place.path("run")), &whole);
 }
 
-/// With a mean of parameters other numbers are written, and those of every thread count and of a run that has ended are the same.
+/// With a mean of parameters other numbers are written, and those of every thread count and of a run that has
+/// ended are the same.
 #[test]
 fn a_mean_of_parameters_is_what_is_written() {
     let place = place(CONFIG);

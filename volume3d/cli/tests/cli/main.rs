@@ -61,7 +61,8 @@ fn a_gradient_with_all_that_goes_with_it() {
     assert_ne!(place.bytes("i.exr"), place.bytes("r.exr"), "an image and a gradient share their samples");
 }
 
-/// A pilot says how many samples an error takes, the same on every machine and with samples that are not those of the result.
+/// A pilot says how many samples an error takes, the same on every machine and with samples that are not
+/// those of the result.
 #[test]
 fn an_error_or_a_time_decides_how_many_samples() {
     let place = Place::new();

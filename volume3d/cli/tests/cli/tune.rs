@@ -20,8 +20,8 @@ fn rows(place: &Place, name: &str) -> BTreeMap<(String, usize), BTreeMap<String,
 
 const MOVED: &str = "tune scene.xml --move sheet:translate:1,0,0";
 
-/// Of a sheet that moves before a wall: the interior term alone and a few rays as they are must come out biased, and what is
-/// unbiased must not.
+/// Of a sheet that moves before a wall: the interior term alone and a few rays as they are must come out
+/// biased, and what is unbiased must not.
 #[test]
 fn bias_is_seen_where_it_is_and_nowhere_else() {
     let place = Place::new();
@@ -63,7 +63,8 @@ fn bias_is_seen_where_it_is_and_nowhere_else() {
     let svg = String::from_utf8(place.bytes("tune.svg")).unwrap();
     assert!(svg.contains("--method edge") && svg.ends_with("</svg>\n"), "{svg}");
 
-    // What is named can be pasted, and errs as was said; noise of one run of 64 pixels is far below a half of itself.
+    // What is named can be pasted, and errs as was said; noise of one run of 64 pixels is far below a half of
+    // itself.
     let lines: Vec<&str> = text.lines().filter_map(|l| l.strip_prefix("  volume3d ")).collect();
     assert_eq!(lines.len(), 2, "{text}");
     for line in lines {

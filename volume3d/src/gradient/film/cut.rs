@@ -41,8 +41,8 @@ impl Cut {
 /// Where a point of a cell is on the border of the film.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CutEdges {
-    /// On the left or the upper edge of the cell: −1 where the film is before it, 1 where it is behind it, and
-    /// 0 where the border is not there.
+    /// On the left or the upper edge of the cell: −1 where the film is before it, 1 where it is behind it,
+    /// and 0 where the border is not there.
     pub(crate) inwards: [f64; 2],
 }
 

@@ -18,7 +18,8 @@ fn an_axis_beside_the_middle_is_that_of_a_part_of_a_film() {
         part.film = whole;
         let mut alone = part.clone();
         alone.film = Film { width: 6, height: 5, crop: None, sample_border: true, filter };
-        // The same focal length in pixels, and the axis at (6, 4) − (2, 1) = (4, 3), from the middle a pixel to the right and half a pixel down.
+        // The same focal length in pixels, and the axis at (6, 4) − (2, 1) = (4, 3), from the middle a pixel
+        // to the right and half a pixel down.
         let focal = 6.0 / (0.5 * part.camera.field_of_view).tan();
         alone.camera.field_of_view = 2.0 * (3.0 / focal).atan();
         alone.camera.principal_point = DVec2::new(1.0 / 6.0, 0.5 / 5.0);

@@ -10,7 +10,8 @@ const SIDE: usize = 6;
 /// Of the square and of what is behind it.
 const LIGHT: [f64; 2] = [2.0, 0.5];
 
-/// From where to where the square covers columns and rows: with edges within the film, beside it and on its border.
+/// From where to where the square covers columns and rows: with edges within the film, beside it and on its
+/// border.
 const PLACES: [[[f64; 2]; 2]; 3] =
     [[[-0.4, 5.7], [0.3, 6.2]], [[0.2, 9.0], [-5.0, 5.5]], [[0.0, 6.0], [2.5, 6.0]]];
 
@@ -40,7 +41,8 @@ fn between(filter: Filter, [x, y]: [[f64; 2]; 2]) -> Scene {
     Scene::new(d).unwrap()
 }
 
-/// What the part of the film from `low` to `high` counts for pixel k along an axis, and its derivative by a shift in pixels.
+/// What the part of the film from `low` to `high` counts for pixel k along an axis, and its derivative by a
+/// shift in pixels.
 fn along(filter: Filter, [low, high]: [f64; 2], k: usize) -> (f64, f64) {
     let (side, centre) = (SIDE as f64, k as f64 + 0.5);
     let whole = integral(filter, -centre, side - centre);
@@ -81,8 +83,8 @@ fn a_constant_scene_has_a_constant_image_up_to_the_border() {
     }
 }
 
-/// Every pixel of a square's image is what the part of the film is that it covers, and every method finds its derivative by a
-/// shift: with edges within the film, beside it, and on its border.
+/// Every pixel of a square's image is what the part of the film is that it covers, and every method finds its
+/// derivative by a shift: with edges within the film, beside it, and on its border.
 #[test]
 fn what_the_border_cuts_off_is_known() {
     const RUNS: u64 = 24;

@@ -82,8 +82,8 @@ impl<T: Number> Sample<T> {
     }
 }
 
-/// A sample of an edge of box pixels, or of a border that cuts filters: light, and a number whose derivative is
-/// V·ν.
+/// A sample of an edge of box pixels, or of a border that cuts filters: light, and a number whose derivative
+/// is V·ν.
 pub(super) struct EdgeSample<T> {
     pub(super) across: T,
     vertical: bool,
@@ -132,8 +132,8 @@ impl Job<'_> {
         if self.method.allocation.is_some() { GROUPS } else { self.method.samples }
     }
 
-    /// Whether the edges of a cell are an integral of their own: those of box pixels, and those on a border that
-    /// cuts filters.
+    /// Whether the edges of a cell are an integral of their own: those of box pixels, and those on a border
+    /// that cuts filters.
     pub(super) fn has_edges(&self, cell: (usize, usize)) -> bool {
         self.method.warps && (self.film.is_box() || self.film.cut_edges(cell).is_some())
     }
@@ -228,9 +228,9 @@ impl Job<'_> {
         [(x, along_u), (y, along_v), (point.jacobian, light.value), (red, r), (green, g), (blue, b)]
     }
 
-    /// −∮ h (L − L₀) V·ν over the edges of box pixels, or over the border that cuts filters: the filter's own jump
-    /// does not move (Bangaru et al. 2022). A point on the left or the upper edge of a cell, or beside it by less
-    /// than rounding, if the warp moves it.
+    /// −∮ h (L − L₀) V·ν over the edges of box pixels, or over the border that cuts filters: the filter's own
+    /// jump does not move (Bangaru et al. 2022). A point on the left or the upper edge of a cell, or beside
+    /// it by less than rounding, if the warp moves it.
     pub(super) fn edge_sample<C: Differential>(
         &self,
         calculus: &mut C,
@@ -263,9 +263,9 @@ impl Job<'_> {
         })
     }
 
-    /// Calls with the pixels on both sides of an edge, and the light that its motion takes from the one to the
-    /// other: h (L − L₀) over the probability of the edge, along −ν out of the pixel. On a border that cuts
-    /// filters they are all pixels that reach it.
+    /// Calls with the pixels on both sides of an edge, and the light that its motion takes from the one to
+    /// the other: h (L − L₀) over the probability of the edge, along −ν out of the pixel. On a border that
+    /// cuts filters they are all pixels that reach it.
     pub(super) fn for_each_side<T>(
         &self,
         (i, j, _): Place,

@@ -38,8 +38,9 @@ const ENOUGH: f64 = 1.1;
 /// Cells processed together.
 const TOGETHER: usize = 4096;
 
-/// The longest control vector of all cells of a cubic spline with the `rough` bounds of its nodes, by layer, or [`ENOUGH`] if that is
-/// longer. Cells are looked at in the order of their rough bounds, until none is left that could have a longer one.
+/// The longest control vector of all cells of a cubic spline with the `rough` bounds of its nodes, by layer,
+/// or [`ENOUGH`] if that is longer. Cells are looked at in the order of their rough bounds, until none is
+/// left that could have a longer one.
 pub(super) fn slope(
     nodes: &[f64],
     size: [usize; 3],
@@ -68,8 +69,8 @@ pub(super) fn slope(
 /// Layers of cells that are looked at one after another.
 const SLAB: usize = 16;
 
-/// The cells of some layers for whose nodes a bound is more than [`ENOUGH`], with the greatest of them: cells are as many as nodes and
-/// one more along each axis, as beyond the border nodes are repeated.
+/// The cells of some layers for whose nodes a bound is more than [`ENOUGH`], with the greatest of them: cells
+/// are as many as nodes and one more along each axis, as beyond the border nodes are repeated.
 fn steep(
     [nx, ny, nz]: [usize; 3],
     layers: std::ops::Range<usize>,

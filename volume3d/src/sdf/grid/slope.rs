@@ -16,10 +16,11 @@ pub(super) struct SlopeBounds {
 
 /// The bounds that [`Grid`](super::Grid) states on |∇φ|, and that on second derivatives.
 ///
-/// Of a slope it is the largest √(Σ_axis max(d₊², d₋²)) over all nodes, where d₊ and d₋ are the differences to the two neighbours along
-/// the axis, by the spacing, and 0 at the border; for `outside` of nodes with a positive node no farther away along every axis than
-/// count together, and of a cubic spline no more than its [control vectors](control) say. Nothing is kept of a node but whether it is
-/// one of those: grids may be as large as the memory.
+/// Of a slope it is the largest √(Σ_axis max(d₊², d₋²)) over all nodes, where d₊ and d₋ are the differences
+/// to the two neighbours along the axis, by the spacing, and 0 at the border; for `outside` of nodes with a
+/// positive node no farther away along every axis than count together, and of a cubic spline no more than its
+/// [control vectors](control) say. Nothing is kept of a node but whether it is one of those: grids may be as
+/// large as the memory.
 pub(super) fn bounds(
     nodes: &[f64],
     size: [usize; 3],
@@ -90,7 +91,8 @@ impl Layers<'_> {
         bounds
     }
 
-    /// The largest second differences of a layer along each axis, and mixed ones, where φ > 0. Beyond the border nodes are repeated.
+    /// The largest second differences of a layer along each axis, and mixed ones, where φ > 0. Beyond the
+    /// border nodes are repeated.
     fn bends(&self, k: usize) -> [f64; 6] {
         let ([nx, ny, nz], nodes, spacing) = (self.size, self.nodes, self.spacing);
         let (steps, last, near) = ([1, nx, nx * ny], [nx - 1, ny - 1, nz - 1], self.near_layer(k));
