@@ -6,10 +6,12 @@
 
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
-/// Rejection threshold on |z| of every statistical test of the suite, which makes no more than 12,000
-/// comparisons, thorough ones included, for a false-alarm rate of 10⁻⁶ of all of them together.
+/// Rejection threshold on |z| of every statistical test of the suite. The suite makes at most 12,000
+/// comparisons, including thorough ones; the probability that any of them is a false alarm is 10⁻³. Seeds are
+/// fixed, so a false alarm can appear only when code or random numbers change. A smaller probability would
+/// cost more samples for the same power: at 10⁻⁶, 1.5 times as many.
 pub fn suite_threshold() -> f64 {
-    threshold(1e-6, 12_000)
+    threshold(1e-3, 12_000)
 }
 
 /// Mean and variance of a stream of numbers, by Welford's recurrence.

@@ -39,7 +39,7 @@ fn the_basic_estimator_agrees_with_the_library() {
     };
     // Of another run, in which nothing cancels.
     let weights = library(RUNS, 64);
-    let reference = estimate(|seed| sums(&weights, &library(seed, pick(16, 64))));
+    let reference = estimate(|seed| sums(&weights, &library(seed, pick(8, 32))));
     let basic = |warp_light, samples| {
         estimate(|seed| {
             let pixel =
@@ -51,7 +51,7 @@ fn the_basic_estimator_agrees_with_the_library() {
     let names = ["whole image", "upper half", "lower half"];
     // Student's t of 23 degrees of freedom beyond this has a probability of 1e-5.
     let limit = 5.6;
-    for ((found, known), name) in basic(true, pick(700, 4000)).into_iter().zip(reference).zip(names) {
+    for ((found, known), name) in basic(true, pick(360, 2000)).into_iter().zip(reference).zip(names) {
         Comparison { found, reference: known, limit, slack: 0.0 }.accept(&mut power, name, known.mean);
     }
     let [_, _, floor] = basic(false, 150);

@@ -139,7 +139,7 @@ fn scenes() -> Vec<(String, Scene, Blocks, Option<Blocks>)> {
 #[test]
 fn images_are_those_of_the_format() {
     let mut power = Power::of("interchange::images_are_those_of_the_format").noticing(0.1);
-    let samples = pick(16, 128);
+    let samples = pick(10, 64);
     let mut wrong = vec![];
     for (name, scene, image, _) in scenes() {
         let run = |seed| arrays(&render(&scene, samples, seed, &Progress::none()).unwrap().regions.blocks);
@@ -154,7 +154,7 @@ fn derivatives_are_those_of_differences_of_its_images() {
     let name = "interchange::derivatives_are_those_of_differences_of_its_images";
     // The ball of many triangles is noisy; of most scenes 6 to 12 % are noticed.
     let mut power = Power::of(name).noticing(0.3);
-    let samples = pick(32, 256);
+    let samples = pick(24, 128);
     let mut wrong = vec![];
     for (name, scene, _, derivative) in scenes() {
         let (Some(derivative), Some(thing)) = (derivative, scene.shape("thing")) else { continue };

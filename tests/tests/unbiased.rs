@@ -64,7 +64,7 @@ const DISTINCT: [Kind; 5] =
     [Kind::Generic, Kind::TJunction, Kind::SharedVertex, Kind::Touching, Kind::VertexOnCorner];
 
 /// A pixel, in each of two halves.
-const SAMPLES: usize = 384;
+const SAMPLES: usize = 264;
 
 fn warped(construction: impl Into<Construction>) -> WarpedArea {
     WarpedArea { samples: SAMPLES, construction: construction.into(), ..WarpedArea::default() }

@@ -25,7 +25,7 @@ use crate::power::Power;
 use crate::statistics::{student, suite_threshold};
 
 /// Number of independent estimates of a gradient in each of a verdict's two halves.
-pub const REPETITIONS: u64 = 32;
+pub const REPETITIONS: u64 = 20;
 
 /// A scene with its exact derivative, reduced to one number by fixed random weights.
 #[derive(Debug)]

@@ -25,7 +25,7 @@ use volume3d::scene::Scene;
 const NOTICED: f64 = 0.06;
 
 /// Independent runs of a method.
-const RUNS: u64 = 128;
+const RUNS: u64 = 80;
 
 /// A scene, what changes in it, and how the sum of its film changes, with the error of that.
 struct Case {

@@ -166,7 +166,7 @@ impl Row {
         held: &mut Held,
         run: &dyn Fn(u64) -> Result<Run, GradientError>,
     ) -> String {
-        let count = (self.runs * pick(24.0, 30.0)).round().max(3.0) as u64;
+        let count = (self.runs * pick(16.0, 30.0)).round().max(3.0) as u64;
         let runs: Result<Vec<Run>, GradientError> = (0..count).map(|k| run(1000 + 17 * k)).collect();
         let runs = match runs {
             Ok(runs) => runs,

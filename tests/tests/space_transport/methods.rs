@@ -61,7 +61,7 @@ fn terms(k: &Known, runs: u64, method: Method) -> Vec<[f64; 3]> {
 /// each is estimated by as many degrees of freedom.
 pub(crate) fn compare(power: &mut Power, k: Known, step: f64, times: [u64; 3], controls: &[Control]) {
     let k = k.focused(16384, 4e-2);
-    let [difference_runs, edge_runs, warped_runs] = times.map(|times| 192 * times);
+    let [difference_runs, edge_runs, warped_runs] = times.map(|times| 96 * times);
     let start = Instant::now();
     let narrowest = FiniteDifference { samples: 176, step, seed: 9000 };
     let (reference, slack) = k.differences::<3>(narrowest, difference_runs);

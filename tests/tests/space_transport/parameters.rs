@@ -213,4 +213,4 @@ fn parameters_that_are_not_geometry() {
 }
 
 /// Independent runs of both sides.
-const PARAMETER_RUNS: u64 = 64;
+const PARAMETER_RUNS: u64 = 40;

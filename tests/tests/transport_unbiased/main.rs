@@ -82,7 +82,7 @@ fn reject(name: &str, known: &[Known], estimate: impl Fn(&Known, u64) -> Estimat
 }
 
 /// Paths a pixel, in each of two halves.
-const SAMPLES: usize = 512;
+const SAMPLES: usize = 352;
 
 fn warped(construction: Construction) -> WarpedArea {
     WarpedArea { samples: SAMPLES, construction, ..WarpedArea::default() }

@@ -173,7 +173,7 @@ fn outlines_of_emitters_are_seen_after_a_bounce() {
         let (motion, list) = (Motion::new(&scene, &change), EdgeList::new(&scene));
         let (paths, moving) = (Paths::new(&scene, Kernels::default()), Moving::of(&scene, &motion));
         let driver = |seed| {
-            EdgeSampling { bounces: 512, seed, ..EdgeSampling::default() }
+            EdgeSampling { bounces: 256, seed, ..EdgeSampling::default() }
                 .effort()
                 .driver(&scene, Term::Bounce)
         };

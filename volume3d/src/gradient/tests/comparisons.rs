@@ -15,12 +15,12 @@ pub(crate) fn statistics(values: &[f64]) -> (f64, f64) {
 }
 
 /// Number of independent runs behind a mean and its standard error.
-pub(crate) const RUNS: u64 = 64;
+pub(crate) const RUNS: u64 = 40;
 
 /// Largest permitted deviation of a mean, in standard errors. Student's distribution with [`RUNS`] − 1
-/// degrees of freedom exceeds it as rarely as the normal distribution exceeds 6.49, the threshold of the
+/// degrees of freedom exceeds it as rarely as the normal distribution exceeds 5.36, the threshold of the
 /// integration tests.
-pub(crate) const LIMIT: f64 = 7.8;
+pub(crate) const LIMIT: f64 = 6.58;
 
 /// The sum of all pixels: mean over runs with different seeds, and its standard error.
 pub(crate) fn total(run: impl Fn(u64) -> Vec<DVec3> + Send + Sync) -> (f64, f64) {

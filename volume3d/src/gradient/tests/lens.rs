@@ -1,5 +1,8 @@
 //! Tests of cameras with a lens, as means of pinhole cameras.
 
+use std::f64::consts::TAU;
+
+use flatland::random::{open01, stream};
 use flatland::sdf::shapes::Ball;
 
 use super::*;
@@ -58,11 +61,12 @@ fn what_is_out_of_focus_spreads_over_the_circle_of_confusion() {
     }
 }
 
-/// Image and derivatives equal the means of those of pinholes over the lens, by both methods; the origin and
-/// the principal point of each pinhole follow from the lens.
+/// Image and derivatives equal the means over the lens of those of pinhole cameras, by both methods; the
+/// origin and the principal point of each pinhole follow from its point on the lens. Every run draws its own
+/// points, one in each of [`POINTS`] rings of equal area.
 #[test]
 fn a_lens_is_the_mean_of_pinholes() {
-    const POINTS: usize = 128;
+    const POINTS: usize = 16;
     let scene = room_through_a_lens();
     let mut change = Tangent::still(&scene);
     change.translate(&scene, 2, DVec3::new(1.0, 0.2, 0.4));
@@ -71,28 +75,31 @@ fn a_lens_is_the_mean_of_pinholes() {
     let camera = &scene.description().camera;
     let size = scene.size().0 as f64;
     let focal = 0.5 * size / (0.5 * camera.field_of_view).tan();
-    // Vogel's sunflower spiral: uniform over the disc.
-    let pinholes: Vec<(Scene, Tangent)> = (0..POINTS)
-        .map(|k| {
-            let radius = LENS.radius * ((k as f64 + 0.5) / POINTS as f64).sqrt();
-            let (sin, cos) = (k as f64 * 2.399_963_229_728_653).sin_cos();
-            let offset = radius * (cos * camera.right + sin * camera.up);
-            let mut d = scene.description().clone();
-            d.camera.lens = None;
-            d.camera.origin += offset;
-            let shift = focal * radius / LENS.focus_distance / size;
-            d.camera.principal_point += shift * glam::DVec2::new(cos, -sin);
-            let mut change = change.clone();
-            change.camera.translation += change.camera.rotation.cross(offset);
-            (Scene::new(d).unwrap(), change)
-        })
-        .collect();
+    // Vogel's sunflower spiral, turned and shifted at random: uniform over the disc.
+    let pinholes = |seed: u64| {
+        let mut random = stream(3, &[seed]);
+        let [shift, turn] = [(); 2].map(|()| open01(&mut random));
+        (0..POINTS).map(move |k| (k as f64 + shift, k as f64 * 2.399_963_229_728_653 + TAU * turn))
+    };
+    let pinhole = |(ring, angle): (f64, f64)| {
+        let radius = LENS.radius * (ring / POINTS as f64).sqrt();
+        let (sin, cos) = angle.sin_cos();
+        let offset = radius * (cos * camera.right + sin * camera.up);
+        let mut d = scene.description().clone();
+        d.camera.lens = None;
+        d.camera.origin += offset;
+        let shift = focal * radius / LENS.focus_distance / size;
+        d.camera.principal_point += shift * glam::DVec2::new(cos, -sin);
+        let mut change = change.clone();
+        change.camera.translation += change.camera.rotation.cross(offset);
+        (Scene::new(d).unwrap(), change)
+    };
     let none = Progress::none();
     let mut comparisons = Comparisons::of("a_lens_is_the_mean_of_pinholes");
     let mean = |run: &(dyn Fn(&Scene, &Tangent, u64) -> Image + Sync)| {
         total(|seed| {
-            let seeds = (POINTS as u64 * seed..).zip(&pinholes);
-            let images = seeds.map(|(seed, (scene, change))| weighted(&run(scene, change, seed)));
+            let seeds = (POINTS as u64 * seed..).zip(pinholes(seed).map(pinhole));
+            let images = seeds.map(|(seed, (scene, change))| weighted(&run(&scene, &change, seed)));
             let mut sum = vec![DVec3::ZERO; 36];
             images.for_each(|image| sum.iter_mut().zip(image).for_each(|(s, i)| *s += i / POINTS as f64));
             sum
@@ -101,15 +108,15 @@ fn a_lens_is_the_mean_of_pinholes() {
     let mut compare =
         |name: &str, samples: usize, run: &(dyn Fn(&Scene, &Tangent, usize, u64) -> Image + Sync)| {
             let whole = total(|seed| weighted(&run(&scene, &change, samples, seed)));
-            let parts = mean(&|scene, change, seed| run(scene, change, samples / 32, seed));
+            let parts = mean(&|scene, change, seed| run(scene, change, samples / POINTS, seed));
             comparisons.add(name.into(), whole, parts, 0.0, parts.0);
         };
     compare("image", 256, &|scene, _, samples, seed| render(scene, samples, seed, &none).unwrap().image);
-    compare("warped area", 192, &|scene, change, samples, seed| {
+    compare("warped area", 320, &|scene, change, samples, seed| {
         let method = WarpedArea { samples, seed, ..WarpedArea::default() };
         method.forward(scene, change, &none).unwrap().gradient
     });
-    compare("edge sampling", 128, &|scene, change, samples, seed| {
+    compare("edge sampling", 192, &|scene, change, samples, seed| {
         let [primary, secondary] = [2 * samples; 2];
         let method =
             EdgeSampling { samples, primary, secondary, bounces: secondary, seed, allow_missing: vec![] };

@@ -64,7 +64,11 @@ fn small_films_see_all_shadows() {
                 driver.forward(part, &motion, &Progress::none()).unwrap().mean
             })
         };
-        let samples = if thorough() { 4096 } else { 2048 };
+        let samples = match depth {
+            2 => 256,
+            _ if thorough() => 4096,
+            _ => 2048,
+        };
         let shown = Shown::new(&part().sensor).expect("there is one light, and no lens");
         let found = run(&part(), samples, 0);
         let reference = run(&drawn(part(), None), samples, 100);
