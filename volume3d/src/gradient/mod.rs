@@ -70,7 +70,7 @@ mod implicit;
 mod implicit_field;
 mod jump_mean;
 mod motion;
-mod nearest_jump;
+mod nearest_discontinuity;
 mod non_finite;
 mod parts;
 mod pilot;

@@ -75,7 +75,7 @@ mod tree;
 pub(crate) use arc::{AngularSupport, WIDEST};
 pub(crate) use edge::{Cone, HalfSpace};
 pub(crate) use faces::Faces;
-pub(crate) use field::{JumpMean, Silhouettes, Subject, View};
+pub(crate) use field::{JumpMean, Silhouettes, View};
 pub(crate) use level_set::{Known, LevelSetTap, Sight};
 pub(crate) use listed::Listed;
 pub(crate) use scene_edges::SceneEdges;

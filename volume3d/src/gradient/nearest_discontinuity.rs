@@ -5,20 +5,8 @@ use flatland::sdf::Sdf as _;
 use flatland::sdf::fields::SilhouetteDistance;
 use glam::DVec3;
 
-use crate::scene::{Beyond, Hit, Scene, Surface};
-
-/// Discontinuities that count for a field.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Jumps {
-    /// Discontinuities of the visible radiance: borders, silhouettes, creases and crossings.
-    Radiance,
-    /// Discontinuities of visibility: borders and silhouettes, and crossings with the light, if the occluded
-    /// object is one.
-    Visibility {
-        /// Shape of the light.
-        light: Option<u32>,
-    },
-}
+use crate::path::VisibilityDomain;
+use crate::scene::{Beyond, Hit, Scene, Span, Surface};
 
 /// The nearest discontinuity to a hit.
 #[derive(Clone, Copy, Debug)]
@@ -36,12 +24,12 @@ pub(crate) struct Nearest {
 /// beyond the triangle is estimated from the cosine c = |n·ω| as that of a sphere with the surface's smallest
 /// radius of curvature r: r c²/(2 t); for an implicit surface r is its radius of curvature along the ray.
 /// Crossings of meshes are tested one by one.
-pub(crate) fn nearest_jump(
+pub(crate) fn nearest_discontinuity(
     scene: &Scene,
     hit: &Hit,
     origin: DVec3,
     direction: DVec3,
-    jumps: Jumps,
+    domain: VisibilityDomain,
 ) -> Nearest {
     let triangle = match hit.surface {
         Surface::Triangle(triangle) => triangle,
@@ -64,12 +52,12 @@ pub(crate) fn nearest_jump(
         nearest = 0.5 * radius * cosine_squared / hit.distance;
     }
     for (k, beyond) in scene.adjacency.beyond(triangle).into_iter().enumerate() {
-        let jumps_here = match beyond {
+        let counts = match beyond {
             Beyond::Border => true,
-            Beyond::Crease(_) if jumps == Jumps::Radiance => true,
+            Beyond::Crease(_) if domain == VisibilityDomain::Radiance => true,
             Beyond::Crease(other) | Beyond::Smooth(other) => facing * facing_of(scene, other, origin) <= 0.0,
         };
-        if jumps_here {
+        if counts {
             let plane = p[k].cross(p[(k + 1) % 3]);
             nearest = nearest.min((plane.dot(direction) / plane.length()).abs());
         }
@@ -77,13 +65,7 @@ pub(crate) fn nearest_jump(
     let mut found = Nearest { angle: nearest, crossing: None };
     for &index in scene.crossings().of(triangle) {
         let crossing = scene.crossings().get(index);
-        let counts = match jumps {
-            Jumps::Radiance => true,
-            Jumps::Visibility { light } => {
-                light.is_some_and(|l| crossing.shapes(&scene.triangles).contains(&l))
-            }
-        };
-        if counts {
+        if domain.has(scene, Span::Crossing(index)) {
             let (angle, along) = angle_to(crossing.places.map(|p| p - origin), direction, found.angle);
             if angle < found.angle {
                 found = Nearest { angle, crossing: Some((index, along)) };
