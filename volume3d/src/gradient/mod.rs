@@ -51,6 +51,7 @@ mod allocation;
 mod auxiliary;
 mod border;
 mod boundary;
+mod camera_rays;
 mod contribution;
 mod differential;
 mod displaced;

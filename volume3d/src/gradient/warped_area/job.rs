@@ -7,9 +7,9 @@ use flatland::random::{Stream, stream};
 use glam::{DVec2, DVec3};
 
 use super::WarpedArea;
-use super::camera_rays::CameraRays;
 use crate::gradient::auxiliary::{Auxiliary, Construction};
 use crate::gradient::boundary::AlongWarp;
+use crate::gradient::camera_rays::CellRays;
 use crate::gradient::differential::{Differential, FilmPoint};
 use crate::gradient::film::{CutEdges, FilmPlane};
 use crate::gradient::groups::{CellNumbers, GROUPS, numbers};
@@ -46,7 +46,7 @@ pub(super) struct PathNumbers {
     /// Random numbers of the additional primal paths (first hit on a mesh / on an implicit surface).
     pub(super) others: CellNumbers,
     others_at_implicit: CellNumbers,
-    rays: CameraRays,
+    rays: CellRays,
 }
 
 impl PathNumbers {
@@ -118,7 +118,7 @@ impl Job<'_> {
             first: CellNumbers::new(seed, GRADIENT_PATH, 1, 2 + pairs),
             others: others(SPLITTING),
             others_at_implicit: others(SPLITTING_AT_IMPLICIT),
-            rays: CameraRays::default(),
+            rays: CellRays::default(),
         }
     }
 

@@ -5,7 +5,6 @@
 //! curves on which a surface turns its other side to the viewer, V is an arbitrary continuous field, and ∮ Δf
 //! (v − V)·ν over these curves is added by edge sampling.
 
-mod camera_rays;
 mod field;
 mod forward;
 mod job;

@@ -1,28 +1,61 @@
-//! Camera rays of a cell's samples, traced in groups.
+//! Camera rays of a cell's samples, traced in packets.
 
 use std::ops::Range;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
-use crate::gradient::film::FilmPlane;
-use crate::gradient::groups::CellNumbers;
+use super::film::FilmPlane;
+use super::groups::CellNumbers;
 use crate::scene::{Hit, Scene};
 
-/// Rays traced together through the hierarchy.
-const TOGETHER: usize = 16;
+/// Rays of a cell traced together, with one origin and a narrow cone: the size of a packet.
+pub(super) const TOGETHER: usize = 16;
 
-/// Rays of some samples of a cell.
+/// Rays through film points, and what they hit: bit for bit that of rays traced alone.
 #[derive(Default)]
 pub(super) struct CameraRays {
-    cell: (usize, usize),
-    samples: Range<usize>,
     directions: Vec<DVec3>,
     hits: Vec<Option<Hit>>,
+    packet: Vec<Option<Hit>>,
 }
 
 impl CameraRays {
-    /// Ray and hit of one sample of a cell, given the random numbers of its paths: bit for bit those of a ray
-    /// traced alone.
+    pub(super) fn clear(&mut self) {
+        self.directions.clear();
+        self.hits.clear();
+    }
+
+    /// Traces a packet of rays of a pinhole camera, at most [`TOGETHER`] of one cell.
+    pub(super) fn trace(&mut self, scene: &Scene, film: &FilmPlane, points: impl IntoIterator<Item = DVec2>) {
+        let first = self.directions.len();
+        self.directions.extend(points.into_iter().map(|u| film.ray(u)));
+        let origin = film.still.origin.value();
+        scene.closest_bundle(origin, &self.directions[first..], None, &mut self.packet);
+        self.hits.extend_from_slice(&self.packet);
+    }
+
+    /// Traces one ray from a point of a lens.
+    pub(super) fn trace_from(&mut self, scene: &Scene, origin: DVec3, direction: DVec3) {
+        self.directions.push(direction);
+        self.hits.push(scene.closest(origin, direction, None));
+    }
+
+    /// Direction and hit of a ray, in the order in which they were traced.
+    pub(super) fn get(&self, index: usize) -> (DVec3, Option<Hit>) {
+        (self.directions[index], self.hits[index])
+    }
+}
+
+/// The rays of some samples of a cell, traced when one of them is asked for.
+#[derive(Default)]
+pub(super) struct CellRays {
+    cell: (usize, usize),
+    samples: Range<usize>,
+    rays: CameraRays,
+}
+
+impl CellRays {
+    /// Ray and hit of one sample of a cell, given the random numbers of its paths.
     pub(super) fn of(
         &mut self,
         scene: &Scene,
@@ -35,12 +68,10 @@ impl CameraRays {
             self.cell = (i, j);
             self.samples = sample..samples.min(sample + TOGETHER);
             let point = |sample| film.point(i, j, numbers.of(sample, 0).1.pair());
-            self.directions.clear();
-            self.directions.extend(self.samples.clone().map(|sample| film.ray(point(sample))));
-            scene.closest_bundle(film.still.origin.value(), &self.directions, None, &mut self.hits);
+            self.rays.clear();
+            self.rays.trace(scene, film, self.samples.clone().map(point));
         }
-        let place = sample - self.samples.start;
-        (self.directions[place], self.hits[place])
+        self.rays.get(sample - self.samples.start)
     }
 }
 
@@ -56,7 +87,7 @@ mod tests {
         let scene = square(Filter::Tent { radius: 1.0 });
         let (film, samples) = (FilmPlane::new(&scene), TOGETHER + 5);
         let mut numbers = CellNumbers::new(3, 1, 1, 2);
-        let mut rays = CameraRays::default();
+        let mut rays = CellRays::default();
         let (mut met, mut missed) = (0, 0);
         let (columns, rows) = film.cells();
         let cells = (0..rows).flat_map(|j| (0..columns).map(move |i| (i, j)));
