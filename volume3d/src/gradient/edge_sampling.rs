@@ -1,16 +1,17 @@
-//! Monte Carlo edge sampling (Li, Aittala, Durand and Lehtinen 2018): interior term by path tracing, boundary
-//! terms by sampling edges.
+//! Monte Carlo edge sampling (Li, Aittala, Durand and Lehtinen 2018): the residual theorem with V = 0, the
+//! interior term by path tracing and the whole motion of all curves.
 
 use glam::DVec3;
 
 use super::accumulator::Sums;
-use super::boundary::{Effort, Gradients, Images, Moving, each_boundary};
+use super::curve::{Budget, Curves, Group, Zero};
 use super::motion::Motion;
 use super::unsupported::{left_out_of_active, left_out_of_tangent, supports_meshes_only};
 use super::{
     ActiveParameters, Gradient, GradientError, GradientImage, Missing, Progress, Tangent, Terms, WarpedArea,
 };
 use crate::Image;
+use crate::path::{Kernels, Paths};
 use crate::scene::Scene;
 
 /// Derivatives by edge sampling.
@@ -96,10 +97,8 @@ impl EdgeSampling {
         let terms = Terms { interior: image.gradient.clone(), primary: zero.clone(), secondary: zero };
         image.terms = Some(terms);
         image.left_out = left_out;
-        let motion = &Motion::new(scene, change);
-        let effort = self.effort();
-        let mut images = Images { effort, scene, motion, progress, image: &mut image };
-        each_boundary(scene, &Moving::of(scene, motion), &mut images)?;
+        let paths = Paths::new(scene, Kernels::default());
+        self.curves(&paths).forward(&Motion::new(scene, change), progress, &mut image)?;
         Ok(image)
     }
 
@@ -123,11 +122,8 @@ impl EdgeSampling {
             supports_meshes_only(scene, "edge sampling")?;
         }
         let mut gradient = self.interior().reverse(scene, adjoint, active, progress)?;
-        let moving = Moving::active(active);
-        let (effort, mut sums) = (self.effort(), Sums::new(scene));
-        let mut gradients =
-            Gradients { effort, scene, adjoint: &adjoint.pixels, active, progress, sums: &mut sums };
-        each_boundary(scene, &moving, &mut gradients)?;
+        let (paths, mut sums) = (Paths::new(scene, Kernels::default()), Sums::new(scene));
+        self.curves(&paths).reverse(&adjoint.pixels, active, progress, &mut sums)?;
         gradient.absorb(sums.finish(scene, active));
         gradient.left_out = left_out;
         Ok(gradient)
@@ -143,9 +139,19 @@ impl EdgeSampling {
         }
     }
 
-    pub(super) fn effort(&self) -> Effort<'static> {
+    /// All curves, across V = 0.
+    fn curves<'p>(&self, paths: &'p Paths<'p>) -> Curves<'p, Zero> {
+        Curves { paths, field: Zero, budget: self.budget() }
+    }
+
+    /// Mean samples per pixel of every kind of curve.
+    pub(super) fn budget(&self) -> Budget<'static> {
         let Self { primary, secondary, bounces, seed, .. } = *self;
-        Effort { primary, secondary, bounces, seed, levels: &[] }
+        Budget::new(seed, &[], |kind| match kind.group() {
+            Group::Film => primary,
+            Group::Shading => secondary,
+            Group::Bounces => bounces,
+        })
     }
 
     fn check(&self, geometric: bool) -> Result<(), GradientError> {

@@ -3,7 +3,7 @@
 use flatland::warp::Domain as _;
 use glam::DVec3;
 
-use super::nearest_jump::Nearest;
+use super::nearest_discontinuity::Nearest;
 use crate::Sphere;
 use crate::scene::{Hit, MaterialPoint, Scene, Surface};
 

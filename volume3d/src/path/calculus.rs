@@ -3,7 +3,7 @@
 use flatland::calculus::{Number, Rgb, Vec3};
 use glam::DVec3;
 
-use crate::scene::{Hit, SHORT, Scene, Surface};
+use crate::scene::{Hit, SHORT, Scene, Span, Surface};
 
 /// A camera frame over numbers, with the focal length in pixels.
 #[derive(Clone, Copy, Debug)]
@@ -73,8 +73,8 @@ pub(crate) struct Kernel {
     pub(crate) of_light: bool,
 }
 
-/// Type of discontinuities of the integrand.
-#[derive(Clone, Copy, Debug)]
+/// The light that an integral is over, which determines the discontinuities that count.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum VisibilityDomain {
     /// Discontinuities of all radiance.
     Radiance,
@@ -93,6 +93,22 @@ pub(crate) enum VisibilityDomain {
 }
 
 impl VisibilityDomain {
+    /// Whether the light is discontinuous at a silhouette or a crossing. Where two occluders cross, occlusion
+    /// does not change; where one crosses a flat light, it does. The light's own silhouettes do not count.
+    pub(crate) fn has(self, scene: &Scene, span: Span) -> bool {
+        match (self, span) {
+            (Self::Radiance, _) | (Self::Distant, Span::Edge(_)) => true,
+            (Self::Distant, Span::Crossing(_)) => false,
+            (Self::BeforePlane { shape, .. }, Span::Edge(ends)) => {
+                let own = scene.position_range(shape as usize);
+                !ends.iter().all(|&i| own.contains(&(i as usize)))
+            }
+            (Self::BeforePlane { shape, .. }, Span::Crossing(index)) => {
+                scene.crossings().get(index).shapes(&scene.triangles).contains(&shape)
+            }
+        }
+    }
+
     /// Whether a hit at a distance occludes the integrand: whether it lies in front of the plane of a flat
     /// light.
     pub(crate) fn counts(self, x: DVec3, direction: DVec3, distance: f64) -> bool {

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::{Auxiliary, Construction};
 use crate::gradient::jump_mean::{
-    AngularSupport, Cone, HalfSpace, JumpMean, Known, Listed, Sight, Silhouettes, Subject, View, WIDEST,
+    AngularSupport, Cone, HalfSpace, JumpMean, Known, Listed, Sight, Silhouettes, View, WIDEST,
 };
 use crate::path::{Kernel, VisibilityDomain};
 use crate::scene::Surface;
@@ -74,9 +74,10 @@ impl Auxiliary<'_> {
         let triangle = seen.and_then(Surface::triangle);
         let front = triangle.map(|t| self.front(tree.plane(t), origin));
         let border_softness = triangle.map_or(0.0, |t| tree.border_softness(t, origin, softness));
-        let subject = Subject::Radiance(triangle);
+        let (domain, seen) = (VisibilityDomain::Radiance, triangle);
         let rounding = self.paths.scene.rounding();
-        let view = View { origin, planes: front.as_slice(), subject, left: None, border_softness, rounding };
+        let view =
+            View { origin, planes: front.as_slice(), domain, seen, left: None, border_softness, rounding };
         let field = self.implicit_field();
         let known = if triangle.is_none() { self.ahead.of(origin, direction) } else { Known::Nothing };
         let sight = Sight { origin, from: None, plane: triangle.map(|t| self.plane_of(t)), field, known };
@@ -125,27 +126,28 @@ impl Auxiliary<'_> {
         // Objects in the plane of the horizon are not above it.
         let horizon = HalfSpace { normal: kernel.normal, point: x, slack: -self.paths.scene.rounding() };
         let (scene, tree) = (self.paths.scene, self.edges?);
-        let (subject, plane, end) = match kernel.domain {
-            VisibilityDomain::Distant => (Subject::Cover, None, None),
+        let (seen, plane, end) = match kernel.domain {
+            VisibilityDomain::Distant => (None, None, None),
             VisibilityDomain::Radiance => {
                 let triangle = kernel.surface.and_then(Surface::triangle);
                 let front = triangle.map(|t| self.front(tree.plane(t), x));
-                (Subject::Radiance(triangle), front, triangle.map(|t| self.plane_of(t)))
+                (triangle, front, triangle.map(|t| self.plane_of(t)))
             }
-            VisibilityDomain::BeforePlane { normal, offset, shape } => {
+            VisibilityDomain::BeforePlane { normal, offset, .. } => {
                 // Little more than rounding: the border of the light's own back, slightly behind it, moves
                 // with it, and a field that followed it would have to vary between it and the occluder of
                 // that border.
                 let slack = 1e4 * self.paths.scene.rounding() + 2.0 * self.paths.scene.grain(x);
                 let plane = HalfSpace { normal, point: offset * normal, slack };
-                (Subject::CoverOf(shape), Some(plane), Some((normal, offset)))
+                (None, Some(plane), Some((normal, offset)))
             }
         };
         let planes = [horizon, plane.unwrap_or(horizon)];
         let planes = &planes[..1 + usize::from(plane.is_some())];
         let left = from.triangle().map(|t| tree.plane(t));
         let rounding = self.paths.scene.rounding();
-        let view = View { origin: x, planes, subject, left, border_softness: 0.0, rounding };
+        let domain = kernel.domain;
+        let view = View { origin: x, planes, domain, seen, left, border_softness: 0.0, rounding };
         let known = self.ahead.of(x, direction);
         let sight = Sight { origin: x, from: Some(from), plane: end, field: self.implicit_field(), known };
         let silhouettes =

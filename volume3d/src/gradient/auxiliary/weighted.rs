@@ -7,7 +7,7 @@ use super::Auxiliary;
 use crate::Sphere;
 use crate::gradient::film::FilmPlane;
 use crate::gradient::followed::FollowedPoint;
-use crate::gradient::nearest_jump::{Jumps, Nearest, nearest_jump};
+use crate::gradient::nearest_discontinuity::{Nearest, nearest_discontinuity};
 use crate::gradient::warps::DirectionWarp;
 use crate::path::{Kernel, VisibilityDomain};
 use crate::scene::{Hit, Surface};
@@ -27,16 +27,11 @@ impl Auxiliary<'_> {
     ) -> Option<DirectionWarp> {
         let Kernel { kappa, normal, domain, .. } = kernel;
         let (scene, warp) = (self.paths.scene, self.warp);
-        let jumps = match domain {
-            VisibilityDomain::Radiance => Jumps::Radiance,
-            VisibilityDomain::Distant => Jumps::Visibility { light: None },
-            VisibilityDomain::BeforePlane { shape, .. } => Jumps::Visibility { light: Some(shape) },
-        };
         let bundle: Bundle<Sphere> = warp.bundle(direction, kappa, &mut self.rng);
         let (face, rounding) = (self.upward(from, x, normal), scene.rounding());
         let sight = |direction: DVec3, hit: Option<Hit>| {
             let hit = hit.filter(|h| normal.dot(direction) > 0.0 && domain.counts(x, direction, h.distance));
-            let nearest = hit.map_or(NOWHERE, |h| nearest_jump(scene, &h, x, direction, jumps));
+            let nearest = hit.map_or(NOWHERE, |h| nearest_discontinuity(scene, &h, x, direction, domain));
             // With shading normals, rays may go below the face and leave the solid at once through the next
             // one: the region they see ends at the face's horizon.
             let height = face.dot(direction);
@@ -92,10 +87,9 @@ impl Auxiliary<'_> {
         let origin = film.still.origin.value();
         let bundle: Bundle<Plane> = self.warp.bundle(u, kappa, &mut self.rng);
         let sight = |direction: DVec3, hit: Option<Hit>| {
-            let nearest = hit.map_or(NOWHERE, |h| {
-                let jumps = Jumps::Radiance;
-                nearest_jump(scene, &h, origin, direction, jumps)
-            });
+            let domain = VisibilityDomain::Radiance;
+            let nearest =
+                hit.map_or(NOWHERE, |h| nearest_discontinuity(scene, &h, origin, direction, domain));
             let distance = film.scale(direction) * nearest.angle;
             let seen = FollowedPoint::by_ray(scene, hit, origin, direction, 1.0);
             (seen.or_crossing(nearest, warp.falloff(distance, kappa)), distance)

@@ -14,9 +14,10 @@ use flatland::sdf::{End, Trace};
 use flatland::warp::LinearField as _;
 use glam::{DAffine3, DQuat, DVec3};
 
-use super::{AngularSupport, HalfSpace, JumpMean, Known, SceneEdges, Sight, Silhouettes, Subject, View};
+use super::{AngularSupport, HalfSpace, JumpMean, Known, SceneEdges, Sight, Silhouettes, View};
 use crate::geometry::Mesh;
 use crate::gradient::{ImplicitField, Tangent};
+use crate::path::VisibilityDomain;
 use crate::scene::{Camera, Description, Film, Filter, Material, Scene};
 
 const REACH: f64 = 0.05;
@@ -98,12 +99,12 @@ fn softened_fields_are_bounded() {
                 let all = Silhouettes::All;
                 let soft = if reach.shrinkage > 0.0 { softness } else { 0.0 };
                 let border_softness = triangle.map_or(0.0, |t| tree.border_softness(t, DVec3::ZERO, soft));
-                let subject = Subject::Radiance(triangle);
                 let planes = plane.as_slice();
                 let view = View {
                     origin: DVec3::ZERO,
                     planes,
-                    subject,
+                    domain: VisibilityDomain::Radiance,
+                    seen: triangle,
                     left: None,
                     border_softness,
                     rounding: 1e-12,

@@ -5,9 +5,10 @@ use flatland::sdf::{End, Trace};
 use flatland::warp::LinearField as _;
 use glam::{DAffine3, DQuat, DVec3, EulerRot};
 
-use super::{AngularSupport, JumpMean, Known, SceneEdges, Sight, Silhouettes, Subject, View};
+use super::{AngularSupport, JumpMean, Known, SceneEdges, Sight, Silhouettes, View};
 use crate::geometry::Mesh;
 use crate::gradient::{ImplicitField, Tangent};
+use crate::path::VisibilityDomain;
 use crate::scene::{Camera, Description, Film, Filter, Material, Scene};
 
 /// Two moving sheets on both sides of the test directions.
@@ -44,7 +45,8 @@ fn divergences_are_those_of_differences() {
             let view = View {
                 origin: DVec3::ZERO,
                 planes: &[],
-                subject: Subject::Radiance(None),
+                domain: VisibilityDomain::Radiance,
+                seen: None,
                 left: None,
                 border_softness: 0.0,
                 rounding: 1e-12,

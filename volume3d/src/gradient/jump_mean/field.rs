@@ -13,6 +13,7 @@ use super::listed::Listed;
 use super::scene_edges::SceneEdges;
 use crate::Sphere;
 use crate::gradient::followed::{Followed, FollowedPoint};
+use crate::path::VisibilityDomain;
 use crate::scene::{Scene, Span};
 
 /// Candidate silhouettes.
@@ -26,25 +27,15 @@ pub(crate) enum Silhouettes<'e> {
     Listed(&'e Listed),
 }
 
-/// Type of integrand, which determines the discontinuities.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Subject {
-    /// Visible radiance: silhouettes, crossings, and the border of the face of the visible triangle, if any.
-    Radiance(Option<u32>),
-    /// Visibility: silhouettes. Where two occluders cross, the occlusion does not change.
-    Cover,
-    /// Visibility of a flat light: silhouettes of other shapes, and their crossings with the light. The
-    /// light's border is a separate integral.
-    CoverOf(u32),
-}
-
 /// Viewpoint and integrand.
 #[derive(Clone, Debug)]
 pub(crate) struct View<'p> {
     pub(crate) origin: DVec3,
     /// Half spaces to which the relevant edges are confined.
     pub(crate) planes: &'p [HalfSpace],
-    pub(crate) subject: Subject,
+    pub(crate) domain: VisibilityDomain,
+    /// The visible triangle, if radiance ends at the border of its face.
+    pub(crate) seen: Option<u32>,
     /// The face on which the viewer lies, whose horizon it sees.
     pub(crate) left: Option<u32>,
     /// Softness with which a softened field follows the border of the visible face, in radians.
@@ -106,10 +97,7 @@ impl JumpMean {
     ) -> Option<Self> {
         // Many queries find none, and allocate nothing.
         let mut pieces = vec![];
-        let face = match view.subject {
-            Subject::Radiance(Some(triangle)) => Some(tree.plane(triangle)),
-            _ => None,
-        };
+        let face = view.seen.map(|triangle| tree.plane(triangle));
         let followed = if reach.shrinkage > 0.0 { [face, view.left] } else { [None; 2] };
         let mut add = |edge: &Edge, pole: Pole, seam: bool| {
             // The visible face's own border is followed exactly unless it is narrow, whatever passes in front
@@ -125,14 +113,14 @@ impl JumpMean {
         };
         let View { origin, planes, rounding, .. } = *view;
         let cone = Cone { origin, axis: u, reach, planes, rounding };
-        if let Subject::Radiance(Some(triangle)) = view.subject {
+        if let Some(triangle) = view.seen {
             tree.for_each_of_face(triangle, &cone, |edge| {
                 add(edge, Pole::new(edge.places, origin), edge.seam);
             });
         }
         match silhouettes {
             Silhouettes::All => tree.for_each(&cone, |edge| {
-                if view.subject.has(scene, edge.span) {
+                if view.domain.has(scene, edge.span) {
                     add(edge, Pole::new(edge.places, origin), false);
                 }
             }),
@@ -247,23 +235,6 @@ impl LinearField for JumpMean {
     fn scatter(&self, a: DVec3, b: f64, mut add: impl FnMut(&FollowedPoint, DVec3)) {
         let a = Sphere::project(self.point, a);
         self.for_each_end(|seen, part| add(seen, part.value * a + b * part.divergence));
-    }
-}
-
-impl Subject {
-    /// Whether a silhouette, or a crossing, is among the discontinuities.
-    fn has(self, scene: &Scene, span: Span) -> bool {
-        match (self, span) {
-            (Self::Radiance(_), _) | (Self::Cover, Span::Edge(_)) => true,
-            (Self::Cover, Span::Crossing(_)) => false,
-            (Self::CoverOf(light), Span::Edge(ends)) => {
-                let own = scene.position_range(light as usize);
-                !ends.iter().all(|&i| own.contains(&(i as usize)))
-            }
-            (Self::CoverOf(light), Span::Crossing(index)) => {
-                scene.crossings().get(index).shapes(&scene.triangles).contains(&light)
-            }
-        }
     }
 }
 

@@ -44,7 +44,7 @@
 //!
 //! In a softened field ([`Field::Softened`](crate::gradient::Field::Softened), Theory 6) kernels of
 //! discontinuities in front of T stop growing at an angle ε, while those of the border of T (its *owner*) and
-//! of seams stay exact. It leaves a [residual](crate::gradient::boundary) on the far side of silhouettes, at
+//! of seams stay exact. It leaves a [residual](crate::gradient::curve) on the far side of silhouettes, at
 //! crossings, and nowhere else. With v the largest angular velocity of the N discontinuities within reach,
 //! |V| ≤ v, and |∇·V| is of the order of (1 + N) v/ε, whatever the gaps and crossings, plus 2v/w within a
 //! face of apparent width w, whose borders move relative to one another where it opens. A face is therefore
@@ -75,7 +75,7 @@ mod tree;
 pub(crate) use arc::{AngularSupport, WIDEST};
 pub(crate) use edge::{Cone, HalfSpace};
 pub(crate) use faces::Faces;
-pub(crate) use field::{JumpMean, Silhouettes, Subject, View};
+pub(crate) use field::{JumpMean, Silhouettes, View};
 pub(crate) use level_set::{Known, LevelSetTap, Sight};
 pub(crate) use listed::Listed;
 pub(crate) use scene_edges::SceneEdges;

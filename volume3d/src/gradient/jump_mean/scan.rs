@@ -14,9 +14,10 @@ use glam::{DMat3, DVec3};
 use super::edge::Edge;
 use super::faces::Faces;
 use super::scene_edges::{SceneEdges, edges};
-use super::{AngularSupport, HalfSpace, JumpMean, Known, Sight, Silhouettes, Subject, View};
+use super::{AngularSupport, HalfSpace, JumpMean, Known, Sight, Silhouettes, View};
 use crate::geometry::Mesh;
 use crate::gradient::ImplicitField;
+use crate::path::VisibilityDomain;
 use crate::scene::{Camera, Description, Film, Filter, Material, NONE, Scene, Span, Surface};
 
 /// Tolerance for V from both sides: its variation over the distance between them, and rounding.
@@ -168,7 +169,8 @@ fn field(
     let view = View {
         origin: DVec3::ZERO,
         planes: plane.as_slice(),
-        subject: Subject::Radiance(triangle),
+        domain: VisibilityDomain::Radiance,
+        seen: triangle,
         left: None,
         border_softness: 0.0,
         rounding: 6e-13,

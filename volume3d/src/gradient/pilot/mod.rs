@@ -60,7 +60,7 @@ pub use self::reason::Reason;
 pub use self::survey::Survey;
 use self::survey::{Seen, softened};
 use self::trial::Trial;
-use super::boundary::contacts_are_followed;
+use super::curve::contacts_are_followed;
 use super::{ActiveParameters, EdgeSampling, Field, GradientError, Progress, Tangent, WarpedArea};
 use crate::Image;
 use crate::scene::{Bsdf, Scene, Triangle};

@@ -5,16 +5,13 @@ use std::ops::Range;
 use glam::{DVec2, DVec3};
 
 use super::super::PATH;
+use super::super::camera_rays::{CameraRays, TOGETHER};
 use super::super::driver::CellSink;
 use super::super::film::FilmPlane;
 use super::super::groups::{ImageNumbers, group_range, group_size, groups};
 use super::splat::Splat;
 use crate::lanes::Instructions;
 use crate::path::{Paths, Wave, WaveTables};
-use crate::scene::Hit;
-
-/// Camera rays of a cell traced together, with one origin and a narrow cone: the size of a packet.
-const TOGETHER: usize = 16;
 
 /// Cells of a block.
 const CELLS: usize = Wave::MOST;
@@ -33,20 +30,13 @@ pub(super) struct BlockSampler<'p> {
     numbers: ImageNumbers,
     wave: Wave<'p>,
     instructions: Instructions,
+    /// Camera rays of some samples, cell by cell.
     camera: CameraRays,
     /// Keys of the cells' random numbers.
     keys: [u64; CELLS],
     /// Samples of a group, cell by cell: film points within the cells, and radiances.
     places: Vec<[f64; 2]>,
     radiances: Vec<DVec3>,
-}
-
-/// Samples of all cells of a block, cell by cell.
-#[derive(Default)]
-struct CameraRays {
-    directions: Vec<DVec3>,
-    hits: Vec<Option<Hit>>,
-    of_cell: Vec<Option<Hit>>,
 }
 
 impl<'p> BlockSampler<'p> {
@@ -112,18 +102,15 @@ impl<'p> BlockSampler<'p> {
                 return false;
             }
             let some = first..samples.end.min(first + TOGETHER);
-            let CameraRays { directions, hits, of_cell } = &mut self.camera;
-            directions.clear();
-            hits.clear();
+            self.camera.clear();
             for (cell, i) in cells.clone().enumerate() {
-                let (of_last, from) = (directions.len(), cell * count + first - samples.start);
+                let from = cell * count + first - samples.start;
                 let places = &mut self.places[from..from + some.len()];
                 for (place, sample) in places.iter_mut().zip(some.clone()) {
                     *place = self.numbers.of(self.keys[cell], sample).1.pair();
                 }
-                directions.extend(places.iter().map(|&within| self.film.ray(self.film.point(i, j, within))));
-                scene.closest_bundle(origin, &directions[of_last..], None, of_cell);
-                hits.extend_from_slice(of_cell);
+                let points = places.iter().map(|&within| self.film.point(i, j, within));
+                self.camera.trace(scene, self.film, points);
             }
             let mut of_sample = [DVec3::ZERO; CELLS];
             for (at, sample) in some.clone().enumerate() {
@@ -132,8 +119,7 @@ impl<'p> BlockSampler<'p> {
                     numbers.pair();
                     numbers
                 });
-                let rays =
-                    (0..width).map(|cell| cell * some.len() + at).map(|ray| (directions[ray], hits[ray]));
+                let rays = (0..width).map(|cell| self.camera.get(cell * some.len() + at));
                 self.wave.radiances(origin, rays, numbers, &mut of_sample[..width]);
                 for (cell, &radiance) in of_sample[..width].iter().enumerate() {
                     self.radiances[cell * count + sample - samples.start] = radiance;

@@ -3,14 +3,11 @@
 use glam::DVec3;
 
 use super::super::PATH;
+use super::super::camera_rays::{CameraRays, TOGETHER};
 use super::super::driver::CellSink;
 use super::super::film::FilmPlane;
 use super::super::groups::ImageNumbers;
 use crate::path::Paths;
-use crate::scene::Hit;
-
-/// Camera rays of a cell traced together, with one origin and a narrow cone: the size of a packet.
-const TOGETHER: usize = 16;
 
 /// Sampler of cells, used sequentially.
 pub(super) struct CellSampler<'p> {
@@ -18,14 +15,14 @@ pub(super) struct CellSampler<'p> {
     film: &'p FilmPlane,
     samples: usize,
     numbers: ImageNumbers,
-    hits: Vec<Option<Hit>>,
+    rays: CameraRays,
 }
 
 impl<'p> CellSampler<'p> {
     pub(super) fn new(paths: &'p Paths<'p>, film: &'p FilmPlane, samples: usize, seed: u64) -> Self {
         // Pairs for the film point and the lens point, and those of the bounces.
         let numbers = ImageNumbers::new(seed, PATH, samples, 2 + paths.pairs());
-        Self { paths, film, samples, numbers, hits: vec![] }
+        Self { paths, film, samples, numbers, rays: CameraRays::default() }
     }
 
     pub(super) fn sample(&mut self, (i, j): (usize, usize), sink: CellSink<'_, 3>) {
@@ -34,32 +31,26 @@ impl<'p> CellSampler<'p> {
         // Radiance of a group's samples.
         let (mut group, mut light) = (0, DVec3::ZERO);
         let mut drawn = Vec::with_capacity(TOGETHER);
-        let mut directions = Vec::with_capacity(TOGETHER);
         for first in (0..samples).step_by(TOGETHER) {
             if sink.stopped() {
                 return;
             }
             drawn.clear();
-            directions.clear();
+            self.rays.clear();
             for sample in first..samples.min(first + TOGETHER) {
                 let (group, mut numbers) = self.numbers.of(key, sample);
                 let u = film.point(i, j, numbers.pair());
                 let (origin, direction) = film.ray_through(u, &mut numbers);
                 drawn.push((group, u, origin, numbers));
-                directions.push(direction);
+                if film.has_lens() {
+                    self.rays.trace_from(paths.scene, origin, direction);
+                }
             }
-            if film.has_lens() {
-                self.hits.clear();
-                let rays = drawn.iter().zip(&directions);
-                self.hits.extend(rays.map(|((_, _, o, _), &d)| paths.scene.closest(*o, d, None)));
-            } else {
-                let origin = paths.scene.camera().origin;
-                paths.scene.closest_bundle(origin, &directions, None, &mut self.hits);
+            if !film.has_lens() {
+                self.rays.trace(paths.scene, film, drawn.iter().map(|(_, u, ..)| *u));
             }
-            let arrivals = directions.iter().zip(&self.hits);
-            for (sample, ((of, u, origin, numbers), (&direction, &hit))) in
-                (first..).zip(drawn.iter_mut().zip(arrivals))
-            {
+            for (at, (of, u, origin, numbers)) in drawn.iter_mut().enumerate() {
+                let (sample, (direction, hit)) = (first + at, self.rays.get(at));
                 if *of != group {
                     let class = sink.row_sums.class((i, j), group);
                     sink.row_sums.add_light(film, (i, j), class, std::mem::take(&mut light));

@@ -7,9 +7,9 @@ use flatland::random::{Stream, stream};
 use glam::{DVec2, DVec3};
 
 use super::WarpedArea;
-use super::camera_rays::CameraRays;
 use crate::gradient::auxiliary::{Auxiliary, Construction};
-use crate::gradient::boundary::AlongWarp;
+use crate::gradient::camera_rays::CellRays;
+use crate::gradient::curve::{Curves, Warping};
 use crate::gradient::differential::{Differential, FilmPoint};
 use crate::gradient::film::{CutEdges, FilmPlane};
 use crate::gradient::groups::{CellNumbers, GROUPS, numbers};
@@ -46,7 +46,7 @@ pub(super) struct PathNumbers {
     /// Random numbers of the additional primal paths (first hit on a mesh / on an implicit surface).
     pub(super) others: CellNumbers,
     others_at_implicit: CellNumbers,
-    rays: CameraRays,
+    rays: CellRays,
 }
 
 impl PathNumbers {
@@ -102,11 +102,12 @@ impl Job<'_> {
         })
     }
 
-    /// The warp relative to which boundary terms are computed.
-    pub(super) fn along_warp(&self) -> AlongWarp<'_> {
+    /// The curves that the field leaves.
+    pub(super) fn curves(&self) -> Curves<'_, Warping<'_>> {
         let Self { method, paths, construction, edges, .. } = self;
         let (warp, edges, seed) = (&method.warp, edges.as_deref(), method.seed);
-        AlongWarp { paths, warp, construction: *construction, edges, seed }
+        let field = Warping { paths, warp, construction: *construction, edges, seed };
+        Curves { paths, field, budget: method.budget(*construction, &self.control_variate) }
     }
 
     /// Random numbers of cells that are computed sequentially.
@@ -118,7 +119,7 @@ impl Job<'_> {
             first: CellNumbers::new(seed, GRADIENT_PATH, 1, 2 + pairs),
             others: others(SPLITTING),
             others_at_implicit: others(SPLITTING_AT_IMPLICIT),
-            rays: CameraRays::default(),
+            rays: CellRays::default(),
         }
     }
 

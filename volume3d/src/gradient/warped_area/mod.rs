@@ -5,7 +5,6 @@
 //! curves on which a surface turns its other side to the viewer, V is an arbitrary continuous field, and ∮ Δf
 //! (v − V)·ν over these curves is added by edge sampling.
 
-mod camera_rays;
 mod field;
 mod forward;
 mod job;
@@ -24,7 +23,7 @@ use super::CONTROL_VARIATE;
 use super::accumulator::Sums;
 use super::allocation::Allocation;
 use super::auxiliary::Construction;
-use super::boundary::{Effort, Gradients, Images, Moving};
+use super::curve::{Budget, Kind};
 use super::error::GradientError;
 use super::film::FilmPlane;
 use super::implicit_field::ImplicitField;
@@ -177,18 +176,26 @@ impl WarpedArea {
         self.pull(scene, adjoint, active, self.construction(scene), progress)
     }
 
-    /// Sample counts of sign changes.
-    fn effort(&self) -> Effort<'static> {
-        let samples = self.sign_changes;
-        Effort { primary: samples, secondary: samples, bounces: 0, seed: self.seed, levels: &[] }
-    }
-
-    /// Sample counts of a softened field's residual.
-    fn residual_effort<'l>(&self, levels: &'l [DVec3]) -> Effort<'l> {
-        let Field::Softened { silhouettes, shadows, bounces, .. } = self.field else {
-            return Effort { levels, ..self.effort() };
+    /// Mean samples per pixel of every kind of curve that a field leaves.
+    fn budget<'l>(&self, construction: Construction, control_variate: &'l [DVec3]) -> Budget<'l> {
+        let (on_film, before_lights, beyond) = match (self.field, construction) {
+            (
+                Field::Softened { silhouettes, shadows, bounces, .. },
+                Construction::JumpMean { softness, lobe_softness, sampled_shadows, .. },
+            ) => {
+                let silhouettes = if softness > 0.0 { silhouettes } else { 0 };
+                let shadows = if sampled_shadows { shadows } else { 0 };
+                (silhouettes, shadows, if lobe_softness > 0.0 { bounces } else { 0 })
+            }
+            _ => (0, 0, 0),
         };
-        Effort { primary: silhouettes, secondary: shadows, bounces, seed: self.seed, levels }
+        Budget::new(self.seed, control_variate, |kind| match kind {
+            Kind::FilmEdges => on_film,
+            Kind::FilmSignChanges | Kind::InnerSignChanges => self.sign_changes,
+            Kind::ShadowEdges | Kind::Outlines | Kind::Horizons => before_lights,
+            Kind::IndirectEdges => beyond,
+            Kind::ReflectedOutlines => 0,
+        })
     }
 
     /// Construction of the field in a scene. Towards lights, means over discontinuities are exact if shadows
@@ -232,14 +239,8 @@ impl WarpedArea {
         let job = self.job(scene, construction, change.is_geometric(), progress)?;
         let motion = &Motion::new(scene, change);
         let mut image = job.forward::<N, K>(motion, progress)?;
-        if self.has_boundaries() && change.is_geometric() {
-            let (effort, image) = (self.effort(), &mut image);
-            job.along_warp().sign_changes(&mut Images { effort, scene, motion, progress, image })?;
-        }
         if self.warps && change.is_geometric() {
-            let (effort, image) = (self.residual_effort(&job.control_variate), &mut image);
-            let moving = Moving::of(scene, motion);
-            job.along_warp().residual(&moving, &mut Images { effort, scene, motion, progress, image })?;
+            job.curves().forward(motion, progress, &mut image)?;
         }
         image.traces = scene.trace_counts() - before;
         Ok(image)
@@ -259,32 +260,12 @@ impl WarpedArea {
         let job = self.job(scene, construction, active.is_geometric(), progress)?;
         let mut sums = Sums::new(scene);
         job.reverse(&adjoint.pixels, active, progress, &mut sums)?;
-        if self.has_boundaries() && active.is_geometric() {
-            let (effort, sums) = (self.effort(), &mut sums);
-            job.along_warp().sign_changes(&mut Gradients {
-                effort,
-                scene,
-                adjoint: &adjoint.pixels,
-                active,
-                progress,
-                sums,
-            })?;
-        }
         if self.warps && active.is_geometric() {
-            let (effort, sums) = (self.residual_effort(&job.control_variate), &mut sums);
-            let moving = Moving::active(active);
-            job.along_warp().residual(
-                &moving,
-                &mut Gradients { effort, scene, adjoint: &adjoint.pixels, active, progress, sums },
-            )?;
+            job.curves().reverse(&adjoint.pixels, active, progress, &mut sums)?;
         }
         let mut gradient = sums.finish(scene, active);
         gradient.traces = scene.trace_counts() - before;
         Ok(gradient)
-    }
-
-    fn has_boundaries(&self) -> bool {
-        self.sign_changes > 0 && self.warps
     }
 
     fn check_forward(

@@ -1,6 +1,6 @@
 //! Test whether shadows can be sampled as curves.
 
-use crate::gradient::boundary::contacts_are_followed;
+use crate::gradient::curve::contacts_are_followed;
 use crate::scene::{Scene, Surface};
 
 /// Whether all discontinuities of emitted light, as seen from shading points, are curves that can be sampled.

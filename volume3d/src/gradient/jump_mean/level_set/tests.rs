@@ -9,9 +9,10 @@ use super::*;
 use crate::geometry::Mesh;
 use crate::gradient::Tangent;
 use crate::gradient::jump_mean::{
-    AngularSupport, HalfSpace, JumpMean, SceneEdges, Silhouettes, Subject, View as Seen,
+    AngularSupport, HalfSpace, JumpMean, SceneEdges, Silhouettes, View as Seen,
 };
 use crate::gradient::motion::Motion;
+use crate::path::VisibilityDomain;
 use crate::scene::{Camera, Description, Film, Filter, ImplicitSurface, Material};
 use crate::sdf::{Grid, Interpolation};
 
@@ -229,7 +230,8 @@ fn seen(
     let view = Seen {
         origin: EYE,
         planes: front.as_slice(),
-        subject: Subject::Radiance(triangle),
+        domain: VisibilityDomain::Radiance,
+        seen: triangle,
         left: None,
         border_softness: 0.0,
         rounding: 6e-13,
