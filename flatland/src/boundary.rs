@@ -9,7 +9,7 @@
 //! d/dθ ∫ f du = ∫ ∂f/∂θ + ∇·(V f) du + ∮_Γ Δf (v − V)·ν dl,
 //! ```
 //!
-//! where ν is the normal of Γ and Δf the value of f on the side that ν leaves less that on the side it
+//! where ν is the normal of Γ and Δf = f⁻ − f⁺, with f⁻ on the side that ν leaves and f⁺ on the side it
 //! enters.
 //!
 //! | V | residual | method |
@@ -26,7 +26,7 @@ use crate::warp::Vector;
 
 /// (v − V)·ν: the normal speed of a discontinuity relative to the field.
 ///
-/// `velocity` v is that of the discontinuity, of which only the component along the unit normal `normal` ν
+/// `velocity` is v of the discontinuity, of which only the component along the unit normal `normal` ν
 /// matters; `field` is V at the same point.
 #[must_use]
 pub fn residual_speed<V: Vector>(velocity: V, field: V, normal: V) -> f64 {

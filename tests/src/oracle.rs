@@ -8,7 +8,7 @@
 //! nodes and lengths move with the edges. Dense or coincident events need no special treatment, as every
 //! order of equal events describes the same columns.
 //!
-//! Vertical order is decided in double-double arithmetic, so that edges 10⁻¹³ apart are still told apart;
+//! Vertical order is decided in double-double arithmetic, so that edges 10⁻¹³ apart are still distinguished;
 //! nothing is shared with `flatland::plane::exact` (no triangulation, no noding, no boundary integral). Only
 //! the scene's data and the values of its shades come from flatland.
 

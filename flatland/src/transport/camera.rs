@@ -128,8 +128,8 @@ impl Camera {
         (depth > 0.0).then(|| self.half_film() * (1.0 + d.dot(b) / (depth * self.half_width())))
     }
 
-    /// du/dθ of the point seen at u at the distance t along ω(u): the covector of the point's velocity, and
-    /// that of the camera's own change. A point at infinity has t = ∞.
+    /// du/dθ of the point seen at u at the distance t along ω(u): the covectors of the point's velocity and
+    /// of the camera's own change. A point at infinity has t = ∞.
     #[must_use]
     pub(crate) fn film_rate(&self, u: f64, distance: f64) -> (DVec2, CameraTangent) {
         let ([a, b], tan, half) = (self.axes(), self.half_width(), self.half_film());

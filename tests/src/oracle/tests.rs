@@ -146,9 +146,8 @@ fn stencil(case: &Case, step: f64) -> Vec<DVec3> {
         .collect()
 }
 
-/// Every kind, with a tolerance for finite differences: beside a degenerate configuration the image is only
+/// Every kind, with a tolerance for finite differences: next to a degenerate configuration the image is only
 /// once differentiable, and the error is of the order of the step.
-/// is only once differentiable, and the error is that of the step.
 #[test]
 fn derivatives_are_those_of_the_values() {
     let smooth = |kind| {

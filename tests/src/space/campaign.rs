@@ -189,7 +189,7 @@ impl Known {
         self.weights.iter().zip(pixels).map(|(w, p)| w.dot(*p)).sum()
     }
 
-    /// A scene whose derivative is known by an argument, or is to be compared with that of another method.
+    /// A scene whose derivative is known by an argument, or is compared with that of another method.
     pub fn given(scene: Scene, change: Tangent, exact: f64, label: &str) -> Self {
         let (width, height) = scene.size();
         let weights = weights(width * height);

@@ -94,7 +94,7 @@ impl Material {
         colours.into_iter().chain(values).chain(self.roughness_textures).flatten()
     }
 
-    /// Whether it reflects in another way along u, the first texture coordinate, than across it.
+    /// Whether it is anisotropic, with axes along and orthogonal to u, the first texture coordinate.
     pub(crate) fn is_anisotropic(&self) -> bool {
         let [along, across] = self.roughness_textures;
         along != across || self.bsdf.is_anisotropic()

@@ -43,8 +43,8 @@ impl<'a> Arrangement<'a> {
         velocities[a] + t * (velocities[b] - velocities[a])
     }
 
-    /// The unit normal from minus to plus. It is that of the whole edge, as rounding may have rotated a short
-    /// piece arbitrarily.
+    /// The unit normal from minus to plus. It is the normal of the whole edge, as rounding may have rotated a
+    /// short piece arbitrarily.
     pub(super) fn boundary_normal(&self, b: &Boundary) -> DVec2 {
         let [p, q] = b.nodes.map(|n| self.nodes[n as usize]);
         let edge = self.edges[b.owners[0] as usize].1.map(|v| self.scene.vertices()[v]);

@@ -181,7 +181,7 @@ fn keeps_what_it_scales(t: Transform) -> bool {
     [t.a.hypot(t.c), t.b.hypot(t.d)].iter().all(|&scale| scale == 0.0 || scale > f64::from(f32::EPSILON))
 }
 
-/// A gradient that paints `node`, and those it takes its stops from.
+/// A gradient that paints `node`, and the gradients from which it inherits stops.
 fn gradient(source: &Source<'_>, node: Node<'_>, first: Node<'_>) -> Result<(), SvgError> {
     let mut next = first;
     for _ in 0..MAX_DEPTH {

@@ -50,10 +50,10 @@ pub enum Construction {
     ///
     /// The ends of the visible segment are followed exactly, ε = 0, if they are more than ε apart: there the
     /// residual is one-sided. All others are softened. Discontinuities that are followed exactly are thus
-    /// never nearer than ε to each other, and |∇·V| is at most about N/ε times the largest |ḃ|, for N
-    /// discontinuities within reach, where that of the exact mean is |Δv|/g in a gap g, at the end of a light
-    /// that a silhouette crosses, and where a segment is seen along its length. Angles of objects that nearly
-    /// touch the surface change as v/r, which no softness removes.
+    /// never nearer than ε to each other. For N discontinuities within reach, |∇·V| is at most about N/ε
+    /// times the largest |ḃ|; for the exact mean it is |Δv|/g in a gap g, at the end of a light that a
+    /// silhouette crosses, and where a segment is seen along its length. Angles of objects that nearly touch
+    /// the surface change as v/r, which no softness removes.
     ///
     /// It requires a path from the far side of one discontinuity for every surface of a path, and from both
     /// sides if the discontinuity is not followed at all: 1.5 to 2 times the time of the exact mean.

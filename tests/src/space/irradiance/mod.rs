@@ -5,7 +5,7 @@
 //! side of the emitter's plane; it hides exactly its cone, even where the two intersect. The remainder is
 //! convex pieces, and over each of them Lambert's formula integrates the cosine in closed form. The
 //! construction runs in dual numbers, whose real parts decide the cuts: corners move with the polygons they
-//! are made of, and no boundary term is left to be added.
+//! are made of, and there is no boundary term to add.
 //!
 //! A surface hides as much of a uniform environment as is visible of the surface itself, so that
 //!
