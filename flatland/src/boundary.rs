@@ -19,7 +19,7 @@
 //! | any other | Δf (v − V)·ν | both combined, also unbiased |
 //!
 //! In the plane [`BoundaryIntegral`](crate::estimator::BoundaryIntegral) samples the residual of any field;
-//! along paths in flat worlds [`WarpedArea`](crate::estimator::transport::WarpedArea) samples that of
+//! along paths in flat worlds [`WarpedArea`](crate::estimator::transport::WarpedArea) samples the residual of
 //! softened means over discontinuities.
 
 use crate::warp::Vector;

@@ -7,7 +7,7 @@
 //! fail. The table of results is in `tests/mutations/README.md`.
 //!
 //! - `NAME …`: these mutations alone; the table keeps the rows of the others
-//! - `--list`: says which there are, and whether they apply, and builds nothing
+//! - `--list`: lists the mutations and whether they apply, and builds nothing
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};

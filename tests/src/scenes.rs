@@ -2,7 +2,7 @@
 //!
 //! A [`Case`] is built from [`Knobs`] by [`Knobs::build`]. [`random`] draws the knobs from a seed; [`knobs`]
 //! lets proptest draw them, so that a failure shrinks to few shapes with few vertices and the simplest
-//! filter. All cases but those of [`non_differentiable`] have a derivative, though that of
+//! filter. All cases except those of [`non_differentiable`] have a derivative, although the derivative of
 //! [`Kind::NearlyCoincident`] changes within a displacement of one gap.
 
 mod degenerate;

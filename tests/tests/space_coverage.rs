@@ -2,7 +2,7 @@
 //! the exact derivative of their coverage, with the controls that must be rejected on the same scenes.
 //!
 //! Films have all three filters, silhouettes that cross their borders, and a crop window in every fourth
-//! scene. Seeds are fixed, and the false-alarm rate is that of the whole suite.
+//! scene. Seeds are fixed, and the false-alarm rate is shared by the whole suite.
 
 use std::sync::LazyLock;
 

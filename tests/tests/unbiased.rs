@@ -1,8 +1,8 @@
 //! Unbiasedness of every method that claims it, with the controls that must be rejected on the same scenes
 //! (see CONTRIBUTING.md for the requirements on such tests).
 //!
-//! The false-alarm rate is 10⁻⁶ for the whole suite: below 16 methods, at most 288 scenes and one
-//! slope each, and what other files compare. Seeds are fixed.
+//! The false-alarm rate is shared by the whole suite: fewer than 16 methods, at most 288 scenes and one slope
+//! each, and the comparisons in other files. Seeds are fixed.
 
 use std::sync::LazyLock;
 
@@ -26,7 +26,7 @@ use tests::statistics::suite_threshold;
 
 /// Kinds on which the Monte Carlo methods are tested. On nearly coincident edges that separate, the
 /// derivative exists only within their gap; slivers are thinner than the spacing of samples, which miss them:
-/// the exact tests cover both, and those of edge sampling cover slivers.
+/// the exact tests cover both, and the tests of edge sampling cover slivers.
 const KINDS: [Kind; 11] = [
     Kind::Generic,
     Kind::CoincidentTogether,
@@ -281,7 +281,7 @@ fn any_continuous_field_with_its_residual() {
 fn controls_are_rejected() {
     reject("sign flipped", |k, seed| k.run(seed, &warped(Warp::default())).scaled(-1.0));
     reject("interior only", |k, seed| {
-        // The noise is that of the method under test.
+        // The method under test determines the noise.
         let noise = k.run(seed, &warped(Warp::default()));
         let interior = k.run_with(|scene, motion, film| {
             let velocities = motion.velocities(scene).expect("the motion fits");

@@ -305,7 +305,7 @@ impl Film {
         })
     }
 
-    /// Whether a coordinate is exactly that of a pixel edge of the film.
+    /// Whether a coordinate equals the coordinate of a pixel edge of the film exactly.
     pub(crate) fn is_pixel_edge(&self, axis: usize, coordinate: f64) -> bool {
         let index = ((coordinate - self.corner[axis]) / self.pixel).round();
         coordinate == self.corner[axis] + self.pixel * index

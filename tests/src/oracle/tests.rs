@@ -87,7 +87,7 @@ fn shades_of_the_image_stay_and_shades_of_the_material_go_along() {
         let p = pixel(&scene, &velocities, &film, 1, 1);
         assert_near(p.value, DVec3::splat(1.5), 1e-14, "value");
         assert_near(p.derivative, DVec3::splat(rate), 1e-14, "translated");
-        // Under scaling about the origin v = u, and the mean of −∇f·v is that of −x.
+        // Under scaling about the origin v = u, and −∇f·v has the mean of −x.
         let velocities = Motion::scale([0], DVec2::ZERO).velocities(&scene).unwrap();
         let p = pixel(&scene, &velocities, &film, 1, 1);
         assert_near(p.derivative, DVec3::splat(1.5 * rate), 1e-14, "scaled");

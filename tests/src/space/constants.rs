@@ -7,8 +7,8 @@ use glam::DVec3;
 use super::coverage::Mesh;
 
 /// e Σ aʲ for j = 0 … `bounces`: the radiance after at most `bounces` scattering events, everywhere in a
-/// closed room whose walls all emit e and reflect the share a of what arrives, whatever the shape of the room
-/// and whatever moves in it, if that has the same walls.
+/// closed room whose walls all emit e and reflect the fraction a, whatever the shape of the room and whatever
+/// objects of the same material move in it.
 pub fn furnace_up_to(albedo: f64, emission: f64, bounces: i32) -> f64 {
     (0..=bounces).map(|j| emission * albedo.powi(j)).sum()
 }

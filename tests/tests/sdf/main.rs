@@ -181,9 +181,9 @@ fn the_band_is_biased_by_its_width() {
     }
 }
 
-/// A disc of radius r, with its centre about 2r from the eye. If every length is scaled, those of motion,
-/// tracer and fields included, and the shading's slope inversely, the derivative is the same for any r, and
-/// so is its estimate.
+/// A disc of radius r, with its centre about 2r from the eye. If every length is scaled, including lengths of
+/// motion, tracer and fields, and the shading's slope inversely, the derivative is the same for any r, and so
+/// is its estimate.
 #[test]
 fn tiny_and_huge_discs_are_alike() {
     let mut power = Power::of("sdf::tiny_and_huge_discs_are_alike");

@@ -128,8 +128,8 @@ fn softened(samples: usize) -> WarpedArea {
     WarpedArea { samples, field: Field::softened(samples), ..WarpedArea::default() }
 }
 
-/// Softened fields, whose curves are those of meshes alone: silhouettes of meshes in front of implicit
-/// surfaces and behind them, shadows between both, and a moving camera.
+/// Softened fields, in which only meshes have curves: silhouettes of meshes in front of implicit surfaces and
+/// behind them, shadows between both, and a moving camera.
 #[test]
 fn softened_fields_follow_both() {
     let cases = vec![

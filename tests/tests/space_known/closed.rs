@@ -59,7 +59,7 @@ fn furnace(albedo: f64, emission: f64, bounces: usize) -> Description {
     d
 }
 
-/// In a furnace every motion is invisible; the derivatives by albedo and emission are those of the series.
+/// In a furnace every motion is invisible; the derivatives by albedo and emission follow from the series.
 #[test]
 fn a_white_furnace() {
     let mut power = Power::of("space_known::a_white_furnace");

@@ -43,7 +43,7 @@ pub(crate) struct Row {
     pub(crate) moving: Result<Moving, String>,
     /// The sum of the image over pixels and channels, if known.
     pub(crate) image: Option<Estimate>,
-    /// The same of the derivative.
+    /// The sum of the derivative over pixels and channels.
     pub(crate) derivative: Estimate,
     /// The step of the differences from which the derivative was measured; `None` if it is known otherwise.
     pub(crate) step: Option<f64>,

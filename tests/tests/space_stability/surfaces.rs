@@ -61,7 +61,7 @@ mod metal {
         moving(d, |scene, change| change.scale(scene, 1, MIDDLE, 1.0))
     }
 
-    /// Image and derivative for an ideal mirror: those of the square mirrored below the floor.
+    /// Image and derivative for an ideal mirror: they show the square mirrored below the floor.
     pub(super) fn mirrored() -> [f64; 2] {
         let below = |p: DVec3| DVec3::new(p.x, p.y, -p.z);
         let mesh = plate(MIDDLE, DVec3::new(0.1, -1.0, -1.0), HALF);

@@ -3,7 +3,7 @@
 //!
 //! Worlds without any discontinuity come first: only cosines, distances and lobes change there. They are
 //! followed by worlds without discontinuities on the film (`Kind::Direct`), and by all others. Seeds are
-//! fixed, and the false-alarm rate is that of the whole suite.
+//! fixed, and the false-alarm rate is shared by the whole suite.
 
 mod constant;
 mod softened;
@@ -141,8 +141,8 @@ fn standard_errors_settle() {
     assert!(harmonic > 0.85 && edges > 0.85, "{harmonic} {edges}");
 }
 
-/// The largest |z| is that of a glowing world in which two discontinuities nearly coincide: its standard
-/// error has not converged even with hundreds of times as many paths, so that its z is not normal.
+/// The largest |z| occurs in a glowing world in which two discontinuities nearly coincide: its standard error
+/// has not converged even with hundreds of times as many paths, so that its z is not normal.
 #[test]
 fn warped_area_with_multilevel_debiasing() {
     let mut power = Power::of("transport_unbiased::warped_area_with_multilevel_debiasing");

@@ -171,7 +171,7 @@ mod tests {
     #[test]
     fn derivatives_by_the_roughness_are_those_of_differences() {
         for distribution in [Microfacets::Beckmann, Microfacets::Ggx] {
-            // A wider step than that of the tables, so that each reveals the other's error.
+            // A wider step than the tables', so that each reveals the other's error.
             let (alpha, h) = (0.2, 0.01);
             let [low, at, high] = [alpha - h, alpha, alpha + h].map(|a| Coating::rough(distribution, a, 1.5));
             for i in 0..NODES {

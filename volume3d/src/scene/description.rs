@@ -80,8 +80,8 @@ pub struct Alias {
     pub material: usize,
 }
 
-/// Everything that defines a scene. [`Scene::new`](super::Scene::new) validates it and builds what rendering
-/// needs.
+/// Everything that defines a scene. [`Scene::new`](super::Scene::new) validates it and builds the data for
+/// rendering.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Description {
     /// The camera.

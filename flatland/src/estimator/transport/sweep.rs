@@ -101,7 +101,7 @@ impl<'a, 'b> Sweep<'a, 'b> {
     pub(super) fn film_form(&mut self, field: &FieldForm, a: f64, b: f64) {
         let mut by_camera = CameraTangent::default();
         field.scatter(a, b, |point, covector| {
-            // The velocity is relative to that of the camera.
+            // Velocities are relative to the camera's.
             by_camera.position -= covector;
             self.primary_of_point(point, covector);
         });

@@ -8,7 +8,7 @@ use super::arrangement::Arrangement;
 use crate::random::{Stream, open01};
 use crate::warp::{Field, Plane, WarpField};
 
-/// V by walk on spheres, in the plane: from u, jump to a uniform point of the largest circle without a
+/// V by walk on spheres, in the plane: from u, step to a uniform point of the largest circle without a
 /// silhouette inside, until within `tolerance` of one, and take its velocity (Muller 1956). V = 0 on the
 /// arrangement's frame.
 ///

@@ -136,8 +136,8 @@ struct Nodal {
     consistent: bool,
 }
 
-/// One V for a node: the velocity of a boundary there if it satisfies all, else that of the crossing of two,
-/// else the least-squares solution, marked as inconsistent.
+/// One V for a node: the velocity of a boundary there if it satisfies all conditions, else the velocity of
+/// the crossing of two, else the least-squares solution, marked as inconsistent.
 fn nodal_velocity(conditions: &[Condition]) -> Nodal {
     if conditions.is_empty() {
         return Nodal { velocity: DVec2::ZERO, consistent: true };

@@ -15,7 +15,7 @@ const MAX_DEPTH: usize = 256;
 /// Largest number of elements, with every `use` expanded.
 const MAX_ELEMENTS: usize = 1_000_000;
 
-/// Elements that contain others, those that are filled, and those that draw nothing themselves.
+/// Container elements, filled elements, and elements that draw nothing themselves.
 const CONTAINERS: &str = "svg g a use symbol";
 const SHAPES: &str = "path polygon polyline rect circle ellipse line";
 const UNDRAWN: &str =
@@ -50,7 +50,7 @@ struct Walk<'s, 'a> {
 }
 
 impl<'a> Walk<'_, 'a> {
-    /// An element, its content, and what it uses.
+    /// An element, its content, and the elements that it uses.
     fn element(&mut self, node: Node<'a>, depth: usize, mut is_drawn: bool) -> Result<(), SvgError> {
         let (source, tag) = (self.source, node.tag_name().name());
         let refuse = |what: &str| Err(source.unsupported(node, what));

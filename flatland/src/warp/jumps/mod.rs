@@ -117,7 +117,7 @@ impl JumpMean {
     }
 
     /// Coefficients of (V, ∇·V) at a point of the line, or of the circle by its angle, given the offset b − u
-    /// and the source of every discontinuity. Those out of reach are ignored.
+    /// and the source of every discontinuity. Discontinuities out of reach are ignored.
     pub fn of_points<H>(&self, jumps: impl IntoIterator<Item = Jump<f64, H>>) -> Stencil<Line, H> {
         let share = |offset: f64, softness: f64| {
             let [along, softness] = [offset, softness].map(|x| x / self.reach);
@@ -135,7 +135,7 @@ impl JumpMean {
     }
 
     /// Coefficients of (V, ∇·V) at a point of the plane, given the ends and their sources for every straight
-    /// discontinuity. In between, velocities are linear. Those out of reach are ignored.
+    /// discontinuity. In between, velocities are linear. Discontinuities out of reach are ignored.
     pub fn of_segments<H>(
         &self,
         u: DVec2,

@@ -160,7 +160,7 @@ impl ProjectedScene {
 /// The segments in which triangles of a mesh pass through one another.
 ///
 /// # Errors
-/// Those of [`ProjectedScene::new`] that do not depend on a camera.
+/// An error of [`ProjectedScene::new`] that does not depend on a camera.
 pub fn crossings(mesh: &Mesh, motion: &Motion) -> Result<Vec<Crossing>> {
     check(mesh, motion)?;
     World::new(mesh, motion).crossings()

@@ -176,8 +176,8 @@ impl Stage {
         (pixels / self.camera.pixels_per_slope()).min(0.6) * depth
     }
 
-    /// A depth for the next body: about that of the last one, or so far behind it that a body of up to 0.6 of
-    /// the depth is entirely behind it.
+    /// A depth for the next body: about the depth of the last one, or so far behind it that a body of up to
+    /// 0.6 of the depth is entirely behind it.
     fn next_depth(&mut self) -> f64 {
         let Body { centre, radius, .. } = self.bodies[self.bodies.len() - 1];
         let depth = (centre - self.camera.origin).dot(self.camera.forward);

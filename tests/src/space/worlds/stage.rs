@@ -68,7 +68,7 @@ impl Stage {
         (b - a).cross(c - a).dot(self.camera.origin - a) > 0.0
     }
 
-    /// Adds a body. Open triangles are turned towards the camera; those of solids face outwards as given.
+    /// Adds a body. Open triangles are turned towards the camera; triangles of solids face outwards as given.
     pub(super) fn add(&mut self, centre: DVec3, radius: f64, corners: Vec<DVec3>, triangles: &[[usize; 3]]) {
         let start = self.mesh.positions.len();
         let is_open = triangles.len() <= 2;

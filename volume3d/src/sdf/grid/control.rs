@@ -32,7 +32,7 @@ const SLOPES: [[f64; WIDTH]; WIDTH] = [
     [0.0, -0.5, 0.0, 0.5],
 ];
 
-/// A sufficient bound, for which steps are nearly those of a distance.
+/// A sufficient bound: steps are then nearly as long as for a distance.
 const ENOUGH: f64 = 1.1;
 
 /// Cells processed together.

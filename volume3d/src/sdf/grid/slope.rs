@@ -18,9 +18,9 @@ pub(super) struct SlopeBounds {
 ///
 /// The slope bound is the largest √(Σ_axis max(d₊², d₋²)) over all nodes, where d₊ and d₋ are the differences
 /// to the two neighbours along the axis divided by the spacing, and 0 at the border. For `outside` only nodes
-/// count that have a positive node within the reach of the interpolation along every axis, and the bound of a
-/// cubic spline is at most that of its [control vectors](control). Only one flag is stored per node: grids
-/// may be as large as the memory.
+/// count that have a positive node within the reach of the interpolation along every axis, and a cubic
+/// spline's bound is at most the bound by its [control vectors](control). Only one flag is stored per node:
+/// grids may be as large as the memory.
 pub(super) fn bounds(
     nodes: &[f64],
     size: [usize; 3],

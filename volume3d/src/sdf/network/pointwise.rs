@@ -62,7 +62,7 @@ fn scaled(neurons: &Neurons, by: &[f64]) -> Vec<f64> {
     neurons.slope.iter().zip(by).map(|(slope, y)| slope * y).collect()
 }
 
-/// σ′ y + σ″ ż u: the change of σ′u, where y is the change of u and ż that of z.
+/// σ′ y + σ″ ż u: the change of σ′u, where y is the change of u and ż the change of z.
 fn turned(neurons: &Neurons, y: &[f64], moving: &[f64], u: &[f64]) -> Vec<f64> {
     let both = neurons.slope.iter().zip(&neurons.curvature).enumerate();
     both.map(|(i, (slope, curvature))| slope * y[i] + curvature * moving[i] * u[i]).collect()

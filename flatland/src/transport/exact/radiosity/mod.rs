@@ -328,7 +328,7 @@ impl FilmIntegral<'_> {
             let [value, slope] = integral.value;
             Pixel {
                 value: [value, slope + primary.value],
-                // ∫ h = 1: no pixel's error exceeds the largest error of what it sees.
+                // ∫ h = 1: no pixel's error exceeds the largest error of its visible points.
                 errors: [integral.error + largest[0], integral.error + largest[1] + primary.slope()],
                 scale: integral.scale + primary.value.abs(),
             }
