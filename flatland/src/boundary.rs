@@ -1,9 +1,9 @@
 //! The residual theorem: the boundary term that a warp field leaves (Theory 7).
 //!
-//! Let f(u; θ) be smooth except for discontinuities on curves Γ that move with velocity v, and let V be
-//! **any** field that is continuous, smooth except on curves and points, with |∇V| integrable, and that
-//! vanishes where the domain ends, or f does. (For n = 2 it need not be continuous at single points, if it is
-//! bounded there; for n = 1 it must, as a discontinuity is itself a point.) Then
+//! Let f(u; θ) be smooth except for discontinuities on curves Γ that move with velocity v. Let V be **any**
+//! continuous field that is smooth except on curves and points, with |∇V| integrable, and that vanishes where
+//! the domain or f ends. (For n = 2 it need not be continuous at single points, if it is bounded there; for
+//! n = 1 it must, as a discontinuity is itself a point.) Then
 //!
 //! ```text
 //! d/dθ ∫ f du = ∫ ∂f/∂θ + ∇·(V f) du + ∮_Γ Δf (v − V)·ν dl,

@@ -8,9 +8,9 @@ use crate::plane::Filter;
 
 /// A pinhole at `position`, looking along the angle `angle`, and a film in front of it.
 ///
-/// With T = tan(field of view/2), the film coordinate u ∈ [0, n] of a film of n pixels belongs to the
-/// direction a + (2u/n − 1) T b, where a is the optical axis and b is a rotated from +x towards +y by a right
-/// angle. The image is I_p = ∫ h_p(u) L(position, ω(u)) du, with the filter normalised to ∫ h_p du = 1.
+/// Let T = tan(field of view/2), a the optical axis, and b the axis rotated from +x towards +y by a right
+/// angle. The film coordinate u ∈ [0, n] of a film of n pixels belongs to the direction a + (2u/n − 1) T b.
+/// The image is I_p = ∫ h_p(u) L(position, ω(u)) du, with the filter normalised to ∫ h_p du = 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     /// The pinhole.

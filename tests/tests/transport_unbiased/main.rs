@@ -261,7 +261,7 @@ fn a_shadow_seen_by_reflection() {
 #[test]
 fn finite_differences() {
     let rooms = |k: &&Known| k.case.label.contains("Room") && k.exact.abs() > 0.1 * k.scale;
-    let k = ONCE.iter().find(rooms).expect("a room in which something moves");
+    let k = ONCE.iter().find(rooms).expect("a room with a moving shape");
     let method = FiniteDifference { samples: 250_000, step: 3e-3, ..FiniteDifference::default() };
     let found = k.total(1, &method);
     let (reference, slack) = (Estimate::exact(k.exact), 1e-3 * k.exact.abs());

@@ -130,7 +130,7 @@ fn softened_samples_of_a_tight_gap_have_short_tails() {
         let (exponent, ratio) = (exponent(errors), (of_mean[4] / errors[4]).powi(2));
         println!("{label}: errors {errors:.4?} of {exact:.4} fall as n^{exponent:.3}");
         println!(
-            "those of the exact mean are {of_mean:.4?}, the last {ratio:.0} times as large by its square"
+            "errors of the exact mean are {of_mean:.4?}; the square of the last is {ratio:.0} times as large"
         );
         // For normal errors, the exponent from these runs has a standard error of 0.023.
         assert!((exponent + 0.5).abs() < 0.1, "{label}: {exponent}");

@@ -20,9 +20,9 @@
 //! # Conditions for continuity
 //!
 //! *Lemma (Theory 5).* Let the domain be cut into open sets by discontinuities C, and let S(u), the
-//! discontinuities that are used at u, be constant in each set. If every C is in S on both of its sides, and
-//! no other discontinuity of S on either side has another normal velocity and lies on C along a part of it,
-//! then V·ν = v·ν on both sides of every C, and V is continuous in every set; for n = 2 both except at single
+//! discontinuities that are used at u, be constant in each set. Let every C be in S on both of its sides, and
+//! let no other discontinuity of S on either side lie on C along a part of it with another normal velocity.
+//! Then V·ν = v·ν on both sides of every C, and V is continuous in every set; for n = 2 both except at single
 //! points.
 //!
 //! Hidden discontinuities may be in S, on both sides or on one: if they are present on one side of C only, C

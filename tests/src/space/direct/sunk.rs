@@ -1,9 +1,9 @@
 //! Pixels of a ground that black bodies partly hide and pass through.
 //!
-//! A pixel's cell minus the images of the bodies before the ground is a set of convex polygons, Σ_p ∫_p h(u)
-//! L(x(u)) du, whose corners move: where a body's edge hides the ground, where it pierces it, where images
-//! cross, where one leaves the cell. Each polygon is a fan of triangles, each triangle the image of a square,
-//! and the integral over the square is differentiated:
+//! A pixel's cell minus the images of the bodies in front of the ground is a set of convex polygons, Σ_p ∫_p
+//! h(u) L(x(u)) du. Their corners move: where a body's edge hides the ground or pierces it, where images
+//! cross, or where an image leaves the cell. Each polygon is a fan of triangles, each triangle the image of a
+//! square, and the integral over the square is differentiated:
 //!
 //! ```text
 //! ∫∫ h(u(s, t)) L(u(s, t)) |∂u/∂(s, t)| ds dt,   u = a + s ((1 − t) (b − a) + t (c − a)),
