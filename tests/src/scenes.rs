@@ -43,9 +43,9 @@ choices! {
     Kind {
         /// None.
         Generic,
-        /// Two polygons side by side share edges, or parts of one, and move as one.
+        /// Two adjacent polygons share edges, or parts of one, and move together.
         CoincidentTogether,
-        /// Two polygons that share part of an edge move apart, below a third that hides that part.
+        /// Two polygons that share part of an edge separate, below a third that occludes that part.
         CoincidentHidden,
         /// Two polygons that move differently have a vertex in common.
         SharedVertex,
@@ -64,9 +64,9 @@ choices! {
         Sliver,
         /// Edges of two polygons that move differently are 10⁻⁶, 10⁻¹⁰ or 10⁻¹³ pixels apart.
         NearlyCoincident,
-        /// Copies of one polygon coincide and move as one.
+        /// Copies of one polygon coincide and move together.
         NestedCopies,
-        /// A polygon's hole is exactly filled by another, and they move as one.
+        /// A polygon's hole is exactly filled by another polygon, and both move together.
         FilledHole,
     }
 }

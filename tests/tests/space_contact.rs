@@ -153,7 +153,7 @@ fn shadows_of_what_touches_a_lamp() {
             });
         }
     }
-    // More triangles than are sampled individually in directions.
+    // More triangles than the limit up to which directions are sampled towards each one.
     let known = scenes(&GAPS, Shape::Plate, (1.0, 6), DVec3::ZERO);
     let more = EdgeSampling { secondary: 3 * edges().secondary, ..edges() };
     judge(&mut power, "edge sampling, many lamps", &known, |k, half| k.estimate(half, &more));

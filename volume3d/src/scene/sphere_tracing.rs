@@ -125,7 +125,7 @@ impl Scene {
         LEAVING * self.implicit_size(implicit)
     }
 
-    /// Distance beyond which nothing of a surface is visible from a point.
+    /// Distance beyond which no part of a surface is visible from a point.
     pub(crate) fn far_of(&self, implicit: u32, origin: DVec3) -> f64 {
         match self.implicit_bounds[implicit as usize] {
             Some((low, high)) => (0.5 * (low + high) - origin).length() + 0.5 * (high - low).length(),

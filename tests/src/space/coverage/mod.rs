@@ -101,7 +101,7 @@ impl ProjectedScene {
     /// - A triangle is seen edge-on, or overlaps another in their plane.
     /// - A corner touches another triangle's plane.
     /// - A plane bends where another triangle crosses it.
-    /// - Pieces hide each other cyclically.
+    /// - Pieces occlude each other cyclically.
     /// - A number is not finite.
     pub fn new(mesh: &Mesh, camera: &Camera, motion: &Motion, filter: Filter) -> Result<Self> {
         check(mesh, motion)?;
