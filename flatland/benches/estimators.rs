@@ -1,4 +1,4 @@
-//! Time per sample of the methods, and of the scene's three questions, from 10 to 100,000 edges.
+//! Time per sample of the methods, and of the scene's three queries, from 10 to 100,000 edges.
 //!
 //! `cargo bench -p flatland`; a single benchmark by its name, as in `cargo bench -p flatland -- hit`.
 
@@ -27,7 +27,7 @@ fn blob(edges: usize) -> Scene {
 fn confetti(edges: usize) -> Scene {
     let mut rng = stream(1, &[]);
     let count = edges.div_ceil(3);
-    // The same coverage whatever their number.
+    // Sized so that the coverage does not depend on their number.
     let size = 40.0 / (count as f64).sqrt();
     let shapes = (0..count).map(|_| {
         let centre = 64.0 * DVec2::new(open01(&mut rng), open01(&mut rng));
@@ -44,7 +44,7 @@ const SIZES: [usize; 5] = [10, 100, 1_000, 10_000, 100_000];
 type Make = fn(usize) -> Scene;
 const SCENES: [(&str, Make); 2] = [("blob", blob), ("confetti", confetti)];
 
-/// What is seen at a point, and how far is its boundary.
+/// Queries of the visible point and of the distance to its boundary.
 fn questions(c: &mut Criterion) {
     for (name, make) in SCENES {
         let mut group = c.benchmark_group(format!("questions/{name}"));

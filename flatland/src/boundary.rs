@@ -1,15 +1,15 @@
 //! The residual theorem: the boundary term that a warp field leaves (Theory 7).
 //!
-//! Let f(u; θ) be smooth except for discontinuities on curves Γ that move with velocity v, and let V be
-//! **any** field that is continuous, smooth except on curves and points, with |∇V| integrable, and that
-//! vanishes where the domain ends, or f does. (For n = 2 it need not be continuous at single points, if it is
-//! bounded there; for n = 1 it must, as a discontinuity is itself a point.) Then
+//! Let f(u; θ) be smooth except for discontinuities on curves Γ that move with velocity v. Let V be **any**
+//! continuous field that is smooth except on curves and points, with |∇V| integrable, and that vanishes where
+//! the domain or f ends. (For n = 2 it need not be continuous at single points, if it is bounded there; for
+//! n = 1 it must, as a discontinuity is itself a point.) Then
 //!
 //! ```text
 //! d/dθ ∫ f du = ∫ ∂f/∂θ + ∇·(V f) du + ∮_Γ Δf (v − V)·ν dl,
 //! ```
 //!
-//! where ν is the normal of Γ and Δf the value of f on the side that ν leaves less that on the side it
+//! where ν is the normal of Γ and Δf = f⁻ − f⁺, with f⁻ on the side that ν leaves and f⁺ on the side it
 //! enters.
 //!
 //! | V | residual | method |
@@ -19,14 +19,14 @@
 //! | any other | Δf (v − V)·ν | both combined, also unbiased |
 //!
 //! In the plane [`BoundaryIntegral`](crate::estimator::BoundaryIntegral) samples the residual of any field;
-//! along paths in flat worlds [`WarpedArea`](crate::estimator::transport::WarpedArea) samples that of
+//! along paths in flat worlds [`WarpedArea`](crate::estimator::transport::WarpedArea) samples the residual of
 //! softened means over discontinuities.
 
 use crate::warp::Vector;
 
 /// (v − V)·ν: the normal speed of a discontinuity relative to the field.
 ///
-/// `velocity` v is that of the discontinuity, of which only the component along the unit normal `normal` ν
+/// `velocity` is v of the discontinuity, of which only the component along the unit normal `normal` ν
 /// matters; `field` is V at the same point.
 #[must_use]
 pub fn residual_speed<V: Vector>(velocity: V, field: V, normal: V) -> f64 {

@@ -56,8 +56,8 @@ struct Panel<const N: usize> {
 
 /// ∫ f over all pieces, on each of which f is analytic, to `tolerance` times the integral of the scale.
 ///
-/// The panel with the largest error is halved, where the error is the difference between the rule on the
-/// panel and on its halves: that of the former, so that the result is better than estimated.
+/// The panel with the largest error is halved. A panel's error is the difference between the rule on the
+/// panel and on its halves: this is the error of the coarser value, so the result is better than estimated.
 pub(crate) fn adaptive<const N: usize>(
     pieces: &[[f64; 2]],
     mut f: impl FnMut(f64) -> ([f64; N], f64),

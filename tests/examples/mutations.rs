@@ -1,13 +1,13 @@
-//! Whether the tests notice mistakes: builds a copy of the workspace with all mutations of `tests/mutations`
-//! in it, each behind a switch, and runs for every one the tests that should fail. `cargo run --release -p
-//! tests --example mutations`
+//! Checks that the tests notice mistakes: builds a copy of the workspace with all mutations of
+//! `tests/mutations`, each behind a switch, and runs for each one the tests that should fail. `cargo run
+//! --release -p tests --example mutations`
 //!
 //! The copy is in `target/mutations`. It is built once for all mutations that do not overlap, and tests run
-//! as `cargo test --release --workspace` runs them. Without a mutation they must pass; with it at least one
-//! must fail. The table of all is that of `tests/mutations/README.md`.
+//! as under `cargo test --release --workspace`. Without a mutation they must pass; with it at least one must
+//! fail. The table of results is in `tests/mutations/README.md`.
 //!
 //! - `NAME …`: these mutations alone; the table keeps the rows of the others
-//! - `--list`: says which there are, and whether they apply, and builds nothing
+//! - `--list`: lists the mutations and whether they apply, and builds nothing
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 use tests::mutations::{Batch, Mutation, VARIABLE, all, batches, root};
 use tests::results;
 
-/// A test program that does not end by then has failed.
+/// A test program that runs longer than this has failed.
 const LONGEST: Duration = Duration::from_secs(1200);
 
 type Result<T> = std::result::Result<T, String>;
@@ -94,7 +94,7 @@ fn run(arguments: &[String]) -> Result<usize> {
             }
             outcomes.push(judged(&copy, &programs, mutation, number)?);
             show(&mutations, outcomes.last().expect("just pushed"));
-            // At once: what was tried counts if a later one fails to run.
+            // Written at once: completed results are kept if a later mutation fails to run.
             write_table(&mutations, &outcomes);
         }
     }
@@ -135,14 +135,14 @@ fn copied(batch: &Batch) -> Result<PathBuf> {
     let mut kept = BTreeSet::new();
     for name in names.split('\0').filter(|name| !name.is_empty()) {
         let (path, place) = (from.join(name), to.join(name));
-        // A file that was removed is still listed.
+        // A removed file is still listed.
         let Ok(bytes) = std::fs::read(&path) else { continue };
         let bytes = match String::from_utf8(bytes) {
             Ok(text) if name.ends_with(".rs") => batch.patched(name, &text).into_bytes(),
             Ok(text) => text.into_bytes(),
             Err(other) => other.into_bytes(),
         };
-        // Files that are as they were keep their times, and are not built again.
+        // Unchanged files keep their times, and are not rebuilt.
         if std::fs::read(&place).ok().as_ref() != Some(&bytes) {
             let folder = place.parent().expect("a folder");
             std::fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
@@ -196,7 +196,7 @@ fn built<'m>(copy: &Path, mutations: impl Iterator<Item = &'m Mutation>) -> Resu
         let (package, target, _) = parts(tests)?;
         wanted.insert((package, target));
     }
-    // All packages together, or each selection of them would have dependencies of its own.
+    // All packages together: each selection of packages would have other dependency features.
     let packages =
         wanted.iter().map(|(package, _)| package.as_str()).chain(["flatland", "volume3d", "tests"]);
     let mut arguments: BTreeSet<String> = packages.map(|package| format!("-p {package}")).collect();
@@ -276,7 +276,7 @@ fn run_tests(copy: &Path, programs: &Programs, tests: &str, number: usize) -> Re
     };
     let failed: Vec<String> = text.lines().filter_map(failed).collect();
     match (status.success(), failed.is_empty()) {
-        // It was killed, or ran out of its stack.
+        // It was killed, or overflowed its stack.
         (false, true) => Ok(vec![format!("{place}, which ends with {status}")]),
         _ => Ok(failed),
     }

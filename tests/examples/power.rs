@@ -1,7 +1,7 @@
-//! Fills the table of power of `tests/RESULTS.md` from what statistical tests print: `UPDATE_RESULTS=1
+//! Fills the table of power of `tests/RESULTS.md` from the output of statistical tests: `UPDATE_RESULTS=1
 //! cargo test --release --workspace -- --nocapture | cargo run --release -p tests --example power`.
 //!
-//! Rows of files that are not among the input stay as they are, so that one file can be measured again.
+//! Rows of files that are not in the input are kept, so that one file can be measured again.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{BufRead, stdin};

@@ -193,10 +193,9 @@ impl Verdict {
 
     /// The verdict on both halves of every scene's estimate.
     ///
-    /// Each half is weighted by the variance of the other, which counts as at least that of an error of 10%,
-    /// so that no few scenes decide. Weights from a half's own variance would be correlated with its error:
-    /// where the distribution is skewed, a large mean comes with a large variance, which would bias the
-    /// slope.
+    /// Each half is weighted by the variance of the other, at least the variance of an error of 10%, so that
+    /// no few scenes decide. Weights from a half's own variance would be correlated with its error: where the
+    /// distribution is skewed, a large mean comes with a large variance, which would bias the slope.
     pub fn on<'a, K: Reference + 'a>(found: impl Iterator<Item = (&'a K, &'a [Estimate; 2])>) -> Self {
         let mut this = Self::default();
         let (mut xy, mut xx, mut variance) = (0.0, 0.0, 0.0);

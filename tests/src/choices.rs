@@ -1,7 +1,7 @@
 //! Enumerations that random scenes choose from.
 
 /// Defines an enumeration: `ALL` lists every choice; if the choices are grouped, a constant with the group's
-/// name lists those of the group.
+/// name lists its choices.
 macro_rules! choices {
     ($(#[$about:meta])* $name:ident {
         $($(#[$which:meta])* $group:ident { $($(#[$what:meta])* $choice:ident,)* })*

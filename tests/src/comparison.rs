@@ -70,7 +70,7 @@ impl Comparison {
 
     /// Asserts that the two agree, and, as a control, that an estimate with the same error would not agree if
     /// it were short by the bias that must be [noticed](Power::noticed). Power is relative to `scale`: the
-    /// reference, or the magnitude of what cancels in it.
+    /// reference, or the magnitude of the terms that cancel in it.
     pub fn accept(&self, power: &mut Power, label: &str, scale: f64) {
         self.print(label, scale);
         assert!(self.agrees(), "{label}: {self:?}");

@@ -5,7 +5,7 @@
 
 use std::ops::{Add, Mul, Neg, Sub};
 
-/// high + low, with high the double nearest to the sum. Comparison is that of the values.
+/// high + low, with high the double nearest to the sum. Comparison is by value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
 pub(crate) struct DoubleDouble {
     high: f64,

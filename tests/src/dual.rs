@@ -72,7 +72,7 @@ impl Vector2 {
         Self([-self.0[1], self.0[0]])
     }
 
-    /// The angle from +x towards +y. (That of `num_dual` has no derivative where x is 0.)
+    /// The angle from +x towards +y. (The function of `num_dual` has no derivative where x is 0.)
     pub(crate) fn angle(self) -> Dual64 {
         let (value, rate) = (self.value(), self.rate());
         Dual64::new(value.to_angle(), value.perp_dot(rate) / value.length_squared())

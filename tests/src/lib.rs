@@ -2,7 +2,7 @@
 //! of unbiasedness.
 //!
 //! - [`campaign`]: estimates and exact values over many scenes.
-//! - [`comparison`]: an estimate beside its reference.
+//! - [`comparison`]: comparison of an estimate with its reference.
 //! - [`effort`]: the effort of the statistical tests.
 //! - [`mutations`]: mistakes that the tests must notice, and how they are put into a copy of the code.
 //! - [`oracle`]: pixels of a plane scene and their derivatives by a slab decomposition in dual

@@ -1,9 +1,9 @@
 //! Mutations of the two crates, and the patched source files in which all are built in at once.
 //!
-//! A mutation is a small mistake: a term short of 5 %, a wrong density, a kind of curve left out. They are
-//! listed in `tests/mutations`, each with the tests that must fail with it. None is in the code: the example
-//! `mutations` puts them into a copy of the workspace, where each is an alternative that the environment
-//! variable `MUTATION` switches on.
+//! A mutation is a small mistake: a term that is 5 % too small, a wrong density, an omitted kind of curve.
+//! They are listed in `tests/mutations`, each with the tests that must fail with it. None is in the code: the
+//! example `mutations` puts them into a copy of the workspace, where each is an alternative that the
+//! environment variable `MUTATION` switches on.
 //!
 //! ```toml
 //! [[mutation]]

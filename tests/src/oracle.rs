@@ -1,14 +1,14 @@
 //! An independent reference for the pixels of a plane scene and their derivatives.
 //!
-//! With the image turned by an angle at which no edge is vertical, a pixel I(θ) = ∫ h f du is ∫ C(x, θ) dx,
-//! where the column C(x, θ) = ∫ h f dy is continuous in x. The limits of the outer integral are fixed, so
+//! The image is turned by an angle at which no edge is vertical. A pixel I(θ) = ∫ h f du is then ∫ C(x, θ)
+//! dx, where the column C(x, θ) = ∫ h f dy is continuous in x. The limits of the outer integral are fixed, so
 //! dI/dθ = ∫ ∂C/∂θ dx: events (vertices, crossings) move, but contribute nothing because the column is
 //! continuous. Between two events a column crosses the same edges in the same order, and there Gauss–Legendre
 //! quadrature is exact: C and ∂C/∂θ are evaluated together in dual numbers [`num_dual::Dual64`] whose ends,
 //! nodes and lengths move with the edges. Dense or coincident events need no special treatment, as every
 //! order of equal events describes the same columns.
 //!
-//! Vertical order is decided in double-double arithmetic, so that edges 10⁻¹³ apart are still told apart;
+//! Vertical order is decided in double-double arithmetic, so that edges 10⁻¹³ apart are still distinguished;
 //! nothing is shared with `flatland::plane::exact` (no triangulation, no noding, no boundary integral). Only
 //! the scene's data and the values of its shades come from flatland.
 

@@ -2,7 +2,7 @@
 //!
 //! A [`Case`] is built from [`Knobs`] by [`Knobs::build`]. [`random`] draws the knobs from a seed; [`knobs`]
 //! lets proptest draw them, so that a failure shrinks to few shapes with few vertices and the simplest
-//! filter. All cases but those of [`non_differentiable`] have a derivative, though that of
+//! filter. All cases except those of [`non_differentiable`] have a derivative, although the derivative of
 //! [`Kind::NearlyCoincident`] changes within a displacement of one gap.
 
 mod degenerate;
@@ -43,9 +43,9 @@ choices! {
     Kind {
         /// None.
         Generic,
-        /// Two polygons side by side share edges, or parts of one, and move as one.
+        /// Two adjacent polygons share edges, or parts of one, and move together.
         CoincidentTogether,
-        /// Two polygons that share part of an edge move apart, below a third that hides that part.
+        /// Two polygons that share part of an edge separate, below a third that occludes that part.
         CoincidentHidden,
         /// Two polygons that move differently have a vertex in common.
         SharedVertex,
@@ -64,9 +64,9 @@ choices! {
         Sliver,
         /// Edges of two polygons that move differently are 10⁻⁶, 10⁻¹⁰ or 10⁻¹³ pixels apart.
         NearlyCoincident,
-        /// Copies of one polygon coincide and move as one.
+        /// Copies of one polygon coincide and move together.
         NestedCopies,
-        /// A polygon's hole is exactly filled by another, and they move as one.
+        /// A polygon's hole is exactly filled by another polygon, and both move together.
         FilledHole,
     }
 }

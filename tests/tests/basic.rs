@@ -1,4 +1,4 @@
-//! The example that is written to be read (`volume3d/examples/basic.rs`) against the library's estimator.
+//! The example in `volume3d/examples/basic.rs`, written to be read, compared with the library's estimator.
 
 #[path = "../../volume3d/examples/basic.rs"]
 #[allow(dead_code, reason = "its main")]
@@ -10,10 +10,10 @@ use tests::effort::pick;
 use tests::power::Power;
 use volume3d::gradient::{Progress, WarpedArea};
 
-/// Independent runs of either estimator.
+/// Independent runs of each estimator.
 const RUNS: u64 = 24;
 
-/// Sums over the whole image, its upper and its lower half of a gradient image times weights.
+/// Sums of a weighted gradient image over the whole image, its upper half and its lower half.
 fn sums(weights: &[f64], gradient: &[f64]) -> [f64; 3] {
     let products: Vec<f64> = weights.iter().zip(gradient).map(|(w, g)| w * g).collect();
     let (upper, lower) = products.split_at(products.len() / 9 * 5);
@@ -37,7 +37,7 @@ fn the_basic_estimator_agrees_with_the_library() {
         let image = method.forward(&scene, &change, &Progress::none()).unwrap().gradient;
         image.pixels.iter().map(|p| p.x).collect()
     };
-    // Of another run, in which nothing cancels.
+    // Weights from an independent run, in which no parts cancel.
     let weights = library(RUNS, 64);
     let reference = estimate(|seed| sums(&weights, &library(seed, pick(8, 32))));
     let basic = |warp_light, samples| {
@@ -49,7 +49,7 @@ fn the_basic_estimator_agrees_with_the_library() {
     };
     let mut power = Power::of("basic::the_basic_estimator_agrees_with_the_library").noticing(0.5);
     let names = ["whole image", "upper half", "lower half"];
-    // Student's t of 23 degrees of freedom beyond this has a probability of 1e-5.
+    // Student's t with 23 degrees of freedom exceeds this with a probability of 1e-5.
     let limit = 5.6;
     for ((found, known), name) in basic(true, pick(360, 2000)).into_iter().zip(reference).zip(names) {
         Comparison { found, reference: known, limit, slack: 0.0 }.accept(&mut power, name, known.mean);

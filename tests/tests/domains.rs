@@ -1,5 +1,5 @@
-//! The warp machinery on the circle and the sphere: unbiased there too, and only with the term
-//! −n u·V that the curvature of these domains brings (`flatland::warp::Domain`).
+//! The warp machinery on the circle and the sphere: unbiased, but only with the term −n u·V that the
+//! curvature of these domains requires (`flatland::warp::Domain`).
 
 use std::f64::consts::{PI, TAU};
 
@@ -13,7 +13,7 @@ use tests::power::Power;
 use tests::statistics::{Moments, suite_threshold as limit};
 use volume3d::Sphere;
 
-/// A domain that forgets its curvature: existing implementations.
+/// A domain without the curvature term, as in existing implementations.
 struct Flat<D>(std::marker::PhantomData<D>);
 
 impl<D: Domain> Domain for Flat<D> {
@@ -30,10 +30,10 @@ impl<D: Domain> Domain for Flat<D> {
     }
 }
 
-/// A cap of directions within an angle α of c, moving rigidly: material velocity `spin`(u) inside,
-/// stillness outside, seen through the smooth weight g(u) = u·e.
+/// A cap of directions within an angle α of c that moves rigidly: velocity `spin`(u) inside, 0 outside,
+/// weighted by the smooth function g(u) = u·e.
 ///
-/// I = ∫ over the cap of u·e du, of which the derivative is known.
+/// I = ∫ over the cap of u·e du, whose derivative is known.
 struct Cap<V> {
     centre: V,
     angle: f64,
@@ -73,7 +73,7 @@ fn mean(samples: u64, seed: u64, sample: impl Fn(&mut Stream) -> f64 + Sync) -> 
 const SPHERE: Cap<DVec3> = Cap { centre: DVec3::Z, angle: 0.9, weight: DVec3::new(-0.3, 1.0, 0.5) };
 const CIRCLE: Cap<DVec2> = Cap { centre: DVec2::X, angle: 0.9, weight: DVec2::new(0.5, 1.0) };
 
-/// How many samples, of which seed.
+/// Number of samples, and seed.
 type Effort = (u64, u64);
 
 fn sphere<D: Domain<Vector = DVec3>>(
@@ -136,13 +136,12 @@ fn unbiased_on_circle_and_sphere() {
     }
 }
 
-/// The velocity of a cap that grows by one radian per unit of θ: along the meridians, and 1 on its
-/// edge.
+/// The velocity of a cap that grows by one radian per unit of θ: along the meridians, of speed 1 on its edge.
 fn growth<D: Domain>(cap: &Cap<D::Vector>) -> impl Fn(D::Vector) -> D::Vector {
     move |u| -D::project(u, cap.centre) * (1.0 / cap.angle.sin())
 }
 
-/// The same caps growing. Their derivative is the integral of u·e over their edge.
+/// The same caps, growing. Their derivative is the integral of u·e over their edge.
 fn growing_sphere<D: Domain<Vector = DVec3>>() -> (Estimate, f64) {
     let found = sphere::<D>(&Warp::default(), 5.0, (1 << 19, 4), growth::<D>(&SPHERE));
     (found, PI * 1.8_f64.sin() * SPHERE.weight.z)
@@ -153,7 +152,7 @@ fn growing_circle<D: Domain<Vector = DVec2>>() -> (Estimate, f64) {
     (found, 2.0 * 0.9_f64.cos() * CIRCLE.weight.x)
 }
 
-/// For a cap that turns, the term averages out; for one that grows it does not.
+/// For a rotating cap the term averages out; for a growing cap it does not.
 #[test]
 fn without_the_curvature_term_both_are_biased() {
     let with = [growing_sphere::<Sphere>(), growing_circle::<Circle>()];

@@ -1,6 +1,6 @@
-//! Three expressions of one number, on random scenes: interior + edge integral, interior +
-//! divergence integral of the oracle field, and the derivative of the exact primal, which comes
-//! from an oracle that shares no code with the exact engine.
+//! Three expressions of one number, on random scenes: interior + edge integral, interior + divergence
+//! integral of the oracle field, and the derivative of the exact primal, from an oracle that shares no code
+//! with the exact engine.
 
 use flatland::plane::exact::{Arrangement, ExactError};
 use flatland::plane::{Filter, Image};
@@ -13,7 +13,7 @@ use tests::scenes::{self, Case, Kind, Knobs};
 /// Rounding allowed, relative to the sum of the absolute values of all terms.
 const TOLERANCE: f64 = 1e-9;
 
-/// The smallest distance, not 0, from a vertex to an edge of another shape.
+/// The smallest nonzero distance from a vertex to an edge of another shape.
 fn gap(case: &Case) -> f64 {
     let scene = &case.scene;
     let mut gap = f64::INFINITY;
@@ -31,15 +31,15 @@ fn gap(case: &Case) -> f64 {
     gap
 }
 
-/// Between boundaries a distance g apart that move differently, the oracle field changes by their
-/// velocities over g, and their crossing moves 1/g times as fast as they do: the divergence
-/// integral then loses ε/g of the velocities to rounding, whatever computes it. The edge integral
-/// does not, and is held to [`TOLERANCE`] in every case.
+/// Between boundaries at a distance g that move differently, the slope of the oracle field is their velocity
+/// difference over g, and their crossing moves 1/g times as fast as they do: the divergence integral then
+/// loses ε/g of the velocities to rounding, however it is computed. The edge integral does not lose them, and
+/// must meet [`TOLERANCE`] in every case.
 fn divergence_tolerance(case: &Case) -> f64 {
     TOLERANCE.max(100.0 * f64::EPSILON / gap(case)).min(1e-2)
 }
 
-/// Every pixel that fails, with what it should be.
+/// Every pixel that fails, with the expected value.
 fn mismatches(
     what: &str,
     tolerance: f64,
@@ -138,7 +138,7 @@ fn where_there_is_no_derivative_the_answer_is_an_error_that_names_the_place() {
 /// A wrong derivative, from the boundary and the interior term.
 type Control = fn(DVec3, DVec3) -> DVec3;
 
-/// The tests above must be able to fail: each corruption of the answer is noticed.
+/// The tests above must be able to fail: they notice each corruption of the answer.
 #[test]
 fn wrong_answers_are_noticed() {
     let mut tried = 0;
@@ -149,7 +149,7 @@ fn wrong_answers_are_noticed() {
         let arrangement = Arrangement::new(&case.scene, &case.film).expect("an arrangement");
         let boundary = arrangement.boundary(&case.film, &velocities).expect("differentiable");
         let interior = arrangement.interior(&case.film, &velocities).expect("velocities fit");
-        // Where nothing moves in sight, or nothing is carried along, a control is the truth.
+        // Where nothing visible moves, or no shade is carried along, a control equals the truth.
         let moves = |image: &Image| image.pixels().iter().any(|p| p.abs().max_element() > 1e-2);
         if !moves(&boundary) || !moves(&boundary.zip(&interior, |b, i| b + i)) {
             continue;

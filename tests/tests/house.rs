@@ -1,9 +1,9 @@
-//! The modules of every crate are a house without circles: in no folder do files or folders import one
-//! another in a ring.
+//! Imports within every crate are free of cycles: in no folder do files or folders import one another in a
+//! cycle.
 //!
-//! What a module imports is read from all paths in its code, tests left out. A name that a folder's `mod.rs`
-//! hands on counts as that of the file it comes from. A folder's own `mod.rs` may use its children and be
-//! used by them.
+//! Imports are read from all paths in the code, tests excepted. A name that a folder's `mod.rs` re-exports
+//! counts as a name of the file that defines it. A folder's own `mod.rs` may use its children and be used by
+//! them.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -14,7 +14,7 @@ use syn::{Attribute, Item, ItemMod, ItemUse, UseTree, Visibility};
 /// The names of modules from the crate's root.
 type Place = Vec<String>;
 
-/// A module: what it uses, from itself outwards, and what it hands on.
+/// A module: the paths that it uses, and the names that it re-exports.
 #[derive(Default)]
 struct Module {
     used: BTreeSet<Vec<String>>,
@@ -27,7 +27,7 @@ struct House {
     modules: BTreeMap<Place, Module>,
 }
 
-/// Reads the paths of one module, and those of the modules inside of it.
+/// Reads the paths of one module and of the modules nested in it.
 struct Reader<'h> {
     house: &'h mut House,
     place: Place,
@@ -41,7 +41,7 @@ fn is_test(attributes: &[Attribute]) -> bool {
     attributes.iter().any(mentions_test)
 }
 
-/// Every path of a `use`, with the name it is used by.
+/// Every path of a `use`, with its local name.
 fn uses(tree: &UseTree, before: &[String], found: &mut Vec<(Vec<String>, String)>) {
     let with = |name: String| [before, &[name]].concat();
     match tree {
@@ -130,7 +130,7 @@ impl House {
         }
     }
 
-    /// The module that a path leads to from a place; nothing if it leaves the crate.
+    /// The module to which a path leads from a place; `None` outside the crate.
     fn target(&self, from: &[String], path: &[String], depth: usize) -> Option<Place> {
         let (mut at, mut rest) = match path.first()?.as_str() {
             "crate" => (vec![], &path[1..]),
@@ -163,7 +163,7 @@ impl House {
         Some(at)
     }
 
-    /// For every folder, which of its children use which.
+    /// For every folder, the imports between its children.
     fn arrows(&self) -> BTreeMap<Place, BTreeMap<(String, String), BTreeSet<String>>> {
         let mut arrows: BTreeMap<Place, BTreeMap<_, BTreeSet<String>>> = BTreeMap::new();
         for (place, module) in &self.modules {
@@ -181,7 +181,7 @@ impl House {
     }
 }
 
-/// The arrows that lie on a circle, with what they are made of.
+/// The imports that lie on a cycle, with their paths.
 fn circles(house: &House) -> Vec<String> {
     let mut found = vec![];
     for (folder, arrows) in house.arrows() {
@@ -239,7 +239,7 @@ fn a_circle_is_found_through_what_is_handed_on() {
     assert!(found.iter().any(|c| c.contains("a uses super::Deep")), "{found:?}");
 }
 
-/// The map names files that exist: `crate/…` between backticks.
+/// The paths in the architecture page, `crate/…` between backticks, exist.
 #[test]
 fn the_map_is_true() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace");

@@ -1,10 +1,10 @@
-//! Scenes of the Mitsuba format, one for each feature, against what Mitsuba itself finds of them.
+//! Scenes of the Mitsuba format, one for each feature, compared with Mitsuba's own results.
 //!
-//! `tests/interchange` has the scenes, the program that wrote them, and the program that recorded the
-//! values: means of blocks of 8 × 8 pixels, of the image and of its derivative along x of the shape
-//! `thing`. Two numbers are compared for each: the slope of our blocks on theirs, and how far blocks differ
-//! beyond their noise, relative to the root mean square over blocks. `ONLY=words` compares the scenes whose
-//! names contain these words.
+//! `tests/interchange` contains the scenes, the program that wrote them, and the program that recorded the
+//! values: means of blocks of 8 × 8 pixels, of the image and of its derivative for a motion of the shape
+//! `thing` along x. Two numbers are compared for each: the slope of our blocks on Mitsuba's, and the
+//! difference of blocks beyond their noise, relative to the root mean square over blocks. `ONLY=words`
+//! compares the scenes whose names contain these words.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -19,14 +19,14 @@ use volume3d::gradient::{GradientError, Method, Pilot, Progress, Tangent, render
 use volume3d::io::load_scene;
 use volume3d::scene::Scene;
 
-/// Scenes that mean something else here, and why: the list of deviations is that of
+/// Scenes with a deliberate deviation, and its reason; the deviations are listed in
 /// `volume3d::guide::deviations`.
 const DEVIATIONS: [(&str, &str); 1] =
     [("lamp_with_normals", "a mesh emits as far as its faces are seen from the front, and not its normals")];
 
 const RUNS: u64 = 24;
-/// Largest difference of blocks that is not noise, relative to their root mean square, of images and of
-/// derivatives, whose noise is itself known to some per cent only.
+/// Largest difference of blocks beyond noise, relative to their root mean square, for images and for
+/// derivatives, whose noise is itself known only to some per cent.
 const APART: [f64; 2] = [0.03, 0.06];
 
 /// One scene's record.
@@ -75,20 +75,20 @@ impl Blocks {
         channels(&self.mean).map(|t| t * t).sum()
     }
 
-    /// The slope of other blocks on these.
+    /// Slope of other blocks on these.
     fn slope(&self, other: &[[f64; 3]]) -> f64 {
         channels(&self.mean).zip(channels(other)).map(|(t, o)| t * o).sum::<f64>() / self.squares()
     }
 
-    /// The slope of many runs' blocks on these; the error has that of these blocks.
+    /// Slope of the blocks of many runs on these; its error includes the error of these blocks.
     fn slope_of(&self, runs: &[Vec<[f64; 3]>]) -> Estimate {
         let own: f64 = channels(&self.mean).zip(channels(&self.error)).map(|(t, e)| (t * e).powi(2)).sum();
         let noise = Estimate { mean: 0.0, standard_error: own.sqrt() / self.squares() };
         Estimate::of(runs.iter().map(|run| self.slope(run))).plus(noise)
     }
 
-    /// The root mean square difference from the mean of many runs, less what noise explains, relative to
-    /// that of these blocks.
+    /// Root mean square difference from the mean of many runs, without the part explained by noise, relative
+    /// to the root mean square of these blocks.
     fn apart(&self, runs: &[Vec<[f64; 3]>]) -> f64 {
         let mut sum = 0.0;
         for (i, (t, e)) in channels(&self.mean).zip(channels(&self.error)).enumerate() {
@@ -99,7 +99,7 @@ impl Blocks {
     }
 }
 
-/// Compares runs with a record; what is wrong, if anything.
+/// Compares runs with a record and returns the disagreement, if any.
 fn compare(
     label: &str,
     record: &Blocks,
@@ -119,7 +119,7 @@ fn compare(
     None
 }
 
-/// Scenes whose names have some words, and what was recorded of them.
+/// Scenes whose names contain the requested words, with their records.
 fn scenes() -> Vec<(String, Scene, Blocks, Option<Blocks>)> {
     let only = std::env::var("ONLY").unwrap_or_default();
     let mut scenes = vec![];
@@ -152,7 +152,7 @@ fn images_are_those_of_the_format() {
 #[test]
 fn derivatives_are_those_of_differences_of_its_images() {
     let name = "interchange::derivatives_are_those_of_differences_of_its_images";
-    // The ball of many triangles is noisy; of most scenes 6 to 12 % are noticed.
+    // The ball of many triangles is noisy; in most scenes a bias of 6 to 12 % is noticed.
     let mut power = Power::of(name).noticing(0.3);
     let samples = pick(24, 128);
     let mut wrong = vec![];
@@ -160,7 +160,7 @@ fn derivatives_are_those_of_differences_of_its_images() {
         let (Some(derivative), Some(thing)) = (derivative, scene.shape("thing")) else { continue };
         let mut change = Tangent::still(&scene);
         change.translate(&scene, thing, DVec3::X);
-        // One choice for all runs, by a seed of its own.
+        // One choice for all runs, from a separate seed.
         let pilot = Pilot { samples, seed: RUNS };
         let runs = |method: &Method| -> Result<Vec<_>, GradientError> {
             let run = |seed| method.with_seed(seed).forward(&scene, &change, &Progress::none());

@@ -1,4 +1,4 @@
-//! Biases that are known are asserted, so that nobody mends or worsens them unawares.
+//! Known biases are asserted, so that nobody removes or worsens them unnoticed.
 
 use flatland::estimator::transport::{Method as _, WarpedArea as PathWarpedArea};
 use flatland::estimator::{Construction, Exact, Method, Rotation, WarpedArea};
@@ -24,8 +24,8 @@ fn film() -> Film {
     Film::new(8, 8, Filter::Tent).expect("a film")
 }
 
-/// A disc that turns about its own centre: its image does not change, but for the corners of the
-/// 96-gon. A static bar may cover a part of it.
+/// A disc that rotates about its own centre: its image changes only at the corners of the 96-gon. A static
+/// bar may cover a part of it.
 fn turning_disc(bar: bool) -> (Scene, Motion) {
     let mut shapes = vec![disc(DVec2::splat(4.0), 2.6)];
     if bar {
@@ -38,12 +38,12 @@ fn turning_disc(bar: bool) -> (Scene, Motion) {
     (scene, Motion::rotate([0], DVec2::splat(4.0)))
 }
 
-/// The largest |z| of any pixel against the exact derivative. What could have been noticed is how much of the
-/// silhouettes' own speed leaks into the image.
+/// The largest |z| of any pixel against the exact derivative. The power is the smallest noticeable fraction
+/// of the silhouettes' own speed that leaks into the image.
 ///
-/// The derivative is 0 but for the polygon's corners. G is the derivative of a disc whose silhouettes move
-/// across themselves as fast as they turn here: ⟨G, found − exact⟩/⟨G, G⟩ is what leaks, and counts as one
-/// more z.
+/// The derivative is 0 except at the polygon's corners. G is the derivative of a disc whose silhouettes move
+/// in normal direction as fast as they rotate here: ⟨G, found − exact⟩/⟨G, G⟩ is the leaked fraction, and
+/// counts as one more z.
 fn leak(power: &mut Power, name: &str, method: &impl Method, scene: &Scene, motion: &Motion) -> f64 {
     let exact = Exact.forward(scene, motion, &film()).expect("differentiable").mean;
     let found = method.forward(scene, motion, &film()).expect("valid");
@@ -55,8 +55,8 @@ fn leak(power: &mut Power, name: &str, method: &impl Method, scene: &Scene, moti
     leaked(power, name, &pixels, &grown)
 }
 
-/// The largest |z| of pixels, each how far off it is and its standard error, and of their sum in the weights
-/// of a derivative, which is what could have been noticed.
+/// The largest |z| of pixels, each given by its deviation and standard error, and of their sum weighted by a
+/// derivative, which determines the power.
 fn leaked(power: &mut Power, name: &str, pixels: &[(f64, f64)], weights: &[f64]) -> f64 {
     let norm: f64 = weights.iter().map(|g| g * g).sum();
     let weighted = pixels.iter().zip(weights);
@@ -64,7 +64,7 @@ fn leaked(power: &mut Power, name: &str, pixels: &[(f64, f64)], weights: &[f64])
         (sum + g * off / norm, variance + (g * error / norm).powi(2))
     });
     let leak = (sum, variance.sqrt());
-    // A pixel without spread must be exact, but for rounding.
+    // A pixel without spread must be exact up to rounding.
     let z =
         |(off, error): &(f64, f64)| if off.is_nan() { f64::INFINITY } else { (off / error.max(1e-12)).abs() };
     let worst = pixels.iter().chain([&leak]).map(z).fold(0.0, f64::max);
@@ -78,8 +78,8 @@ fn slope(found: &Image, exact: &Image) -> f64 {
     exact.dot(found) / exact.dot(exact)
 }
 
-/// On a disc alone the points that a kernel follows are as often to one side of a boundary point as
-/// to the other, and their velocities' normal parts cancel: no bias, by mirror symmetry.
+/// On a disc alone, a kernel follows points on either side of a boundary point equally often, and the normal
+/// parts of their velocities cancel: no bias, by mirror symmetry.
 #[test]
 fn rotation_is_right_on_a_turning_disc_alone() {
     let (scene, motion) = turning_disc(false);
@@ -89,8 +89,8 @@ fn rotation_is_right_on_a_turning_disc_alone() {
     assert!(z < suite_threshold(), "{z}");
 }
 
-/// The bar breaks the symmetry: kernels near it follow it and stand still, or follow only what is
-/// left of the disc.
+/// The bar breaks the symmetry: kernels near it follow it and do not move, or follow only the visible rest of
+/// the disc.
 #[test]
 fn rotation_is_biased_on_a_turning_disc_behind_a_bar() {
     let (scene, motion) = turning_disc(true);
@@ -104,14 +104,14 @@ fn rotation_is_biased_on_a_turning_disc_behind_a_bar() {
     assert!(z < suite_threshold(), "{z}");
 }
 
-/// A disc that grows: the points inside it are slower than its boundary.
+/// A growing disc: points inside it are slower than its boundary.
 fn growing_disc() -> (Scene, Motion) {
     let scene = Scene::new(DVec3::ZERO, vec![disc(DVec2::splat(4.0), 2.6)]).expect("a scene");
     (scene, Motion::scale([0], DVec2::splat(4.0)))
 }
 
-/// In a flat world the points seen on a turning disc move to one side all over it, but for its
-/// silhouettes, which stand still: following any of them moves both silhouettes.
+/// In a flat world, visible points of a rotating disc all move to one side, except for its silhouettes, which
+/// are at rest: following any of the points moves both silhouettes.
 #[test]
 fn rotation_is_biased_on_a_turning_disc_in_a_flat_world() {
     let corner = |i: i32| DVec2::from_angle(std::f64::consts::TAU * f64::from(i) / 96.0);
@@ -136,7 +136,7 @@ fn rotation_is_biased_on_a_turning_disc_in_a_flat_world() {
         leaked(&mut power, name, &pixels, &grown)
     };
     let rotation = worst("in a flat world, rotation", PathConstruction::Followed { candidates: 4 }, 64_000);
-    // Its tails are heavy: it takes long to tell a zero.
+    // Its tails are heavy: many samples are needed to confirm a zero.
     let warped = if thorough() {
         worst("in a flat world, warped area", PathConstruction::default(), 900_000)
     } else {
@@ -157,7 +157,7 @@ fn the_gaussian_field_loses_about_half_of_every_silhouette() {
     };
     let (few, many) = (attenuation(8), attenuation(128));
     println!("Gaussian field: slope {few:.3} with 8 rays, {many:.3} with 128");
-    // At the silhouette the kernel sees one half moving, one half still.
+    // At the silhouette half of the kernel moves and half is at rest.
     assert!((0.35..0.65).contains(&few) && (0.35..0.65).contains(&many), "{few} {many}");
 }
 

@@ -1,5 +1,5 @@
-//! Forward and reverse mode are one linear map and its transpose, both forms of the area integral
-//! agree sample by sample, and no result depends on the number of threads.
+//! Forward and reverse mode are a linear map and its transpose, both forms of the area integral agree sample
+//! by sample, and no result depends on the number of threads.
 
 use flatland::estimator::{
     Construction, EdgeSampling, EstimatorError, Exact, FiniteDifference, Form, Method, Rotation, WarpedArea,
@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use tests::effort::pick;
 use tests::scenes::{self, Case, Kind};
 
-/// Between samples that are equal but for rounding, relative to their size.
+/// Relative difference allowed between samples that are equal up to rounding.
 const ROUNDING: f64 = 1e-12;
 
 const MEAN: Construction = Construction::JumpMean { reach: 1.2 };
@@ -31,7 +31,7 @@ fn cases() -> Vec<Case> {
     kinds.into_iter().flat_map(|kind| (0..20).map(move |seed| scenes::random(seed, kind))).collect()
 }
 
-/// ⟨adjoint, J ṗ⟩ = ⟨Jᵀ adjoint, ṗ⟩, and the sum of absolute terms it is measured against.
+/// ⟨adjoint, J ṗ⟩ = ⟨Jᵀ adjoint, ṗ⟩, and the sum of absolute terms to which the difference is relative.
 fn dot_test(method: &impl Method, case: &Case) -> Result<f64, EstimatorError> {
     let adjoint = adjoint(&case.film);
     let velocities = case.velocities();
@@ -60,7 +60,7 @@ fn reverse_is_the_transpose_of_forward() {
         errors.push(dot_test(&EdgeSampling { samples: 20, seed: 1 }, &case));
         errors.push(dot_test(&Rotation { samples: 20, ..Rotation::default() }, &case));
         match dot_test(&Exact, &case) {
-            // In reverse mode every vertex may move alone, which coincident edges do not survive.
+            // In reverse mode every vertex moves alone, and coincident edges then have no derivative.
             Err(EstimatorError::Exact(ExactError::EdgesPart { .. } | ExactError::PixelEdge { .. })) => {}
             exact => errors.push(exact),
         }

@@ -1,8 +1,8 @@
-//! Terms of flatland's estimators in scenes of their own: many samples of one scene in which the term is most
-//! of the derivative.
+//! Terms of flatland's estimators, each in a scene of its own: many samples of one scene in which the term is
+//! most of the derivative.
 //!
-//! A slope over a hundred scenes tells a bias that they share. A tenth of one term is a hundredth of most
-//! scenes' derivatives: here it is a large part, and a bias of few percent of it is rejected.
+//! A slope over a hundred scenes reveals a bias that they share. A tenth of one term is a hundredth of the
+//! derivative in most scenes; here the term is a large part, and a bias of it of a few percent is rejected.
 
 use flatland::estimator::transport::{self, EdgeChoice};
 use flatland::estimator::{Construction, EdgeSampling, WarpedArea};
@@ -36,7 +36,7 @@ fn film(filter: Filter) -> Film {
     Film::new(2, 2, filter).expect("a film")
 }
 
-/// The film shows nothing but a shade that goes along.
+/// The film shows only the inside of a shape, with a shade that moves with the material.
 fn inside() -> Known {
     let scene = Scene::new(DVec3::ZERO, vec![square([-9.0; 2], [9.0; 2], shade(Attachment::Material))]);
     let motion = Motion::translate([0], DVec2::new(1.0, 0.4));
@@ -54,13 +54,13 @@ fn before_brighter(shade: Shade, motion: Motion, filter: Filter, label: &str) ->
     Known::new(Case { scene: scene.expect("a scene"), motion, film: film(filter), label })
 }
 
-/// A corner before what is brighter, of a shade that stays where it is.
+/// A corner in front of a brighter background, with a static shade.
 fn corner(filter: Filter) -> Known {
     let motion = Motion::translate([0], DVec2::new(1.0, 0.4));
     before_brighter(shade(Attachment::Image), motion, filter, "a corner")
 }
 
-/// The same, whose shade has a slope so steep that a field which moves it changes as much as the edges do.
+/// The same with a shade so steep that the field's motion of the shade contributes as much as the edges.
 fn steep_corner() -> Known {
     let gradient = [DVec2::new(8.0, 3.0), DVec2::new(6.0, -4.0), DVec2::new(7.0, 5.0)];
     let shade = Shade::linear(DVec2::ONE, DVec3::ONE, gradient, Attachment::Image);
@@ -80,8 +80,8 @@ fn warped(samples: usize, construction: Construction) -> WarpedArea {
     WarpedArea { samples, construction, ..WarpedArea::default() }
 }
 
-/// The terms of the plane: what changes within shapes, the three of ∇·(V h f), the flux through the edges of
-/// box pixels, points of edges, and what a softened field leaves to them.
+/// The terms of the plane: the interior term, the three parts of ∇·(V h f), the flux through the edges of box
+/// pixels, points on edges, and the residual of a softened field.
 #[test]
 fn terms_of_the_plane() {
     let mut power = Power::of("single_terms::terms_of_the_plane").noticing(0.025);
@@ -101,7 +101,7 @@ fn terms_of_the_plane() {
     }
 }
 
-/// A floor under a lamp, past what hides some of it and moves; or before the camera.
+/// A floor under a lamp, with a moving plate that shadows the floor, or that is in front of the camera.
 fn shaded(before: bool, filter: Filter) -> flat_campaign::Known {
     let p = |x: f64, y: f64| DVec2::new(x, y);
     let plate = if before { [p(-1.1, 0.5), p(-0.75, 0.75)] } else { [p(-0.6, 1.5), p(0.2, 1.6)] };
@@ -112,7 +112,7 @@ fn shaded(before: bool, filter: Filter) -> flat_campaign::Known {
     ];
     let world = World::new(0.0, shapes).expect("a world");
     let film = flat::Film { pixels: 1, filter };
-    // In the middle of a tent, which reaches farther, a box shows nothing but the plate.
+    // In the middle of a tent, whose support is wider; a box there shows only the plate.
     let angle = if filter == Filter::Box { -0.4 } else { -0.588 };
     let camera = Camera { position: p(-1.5, 1.0), angle, field_of_view: 0.3, film };
     let change = Tangent::moving(&world, [2], |_| p(1.0, 0.2));
@@ -133,8 +133,8 @@ fn accept_flat(
     Comparison { found, reference, limit: suite_threshold(), slack: 0.0 }.accept(power, &label, k.exact);
 }
 
-/// The terms of flat worlds: jumps around surfaces and on the film, picked in both ways, and what softened
-/// fields leave of them.
+/// The terms of flat worlds: discontinuities around surfaces and on the film, selected in both ways, and the
+/// residual of softened fields.
 #[test]
 fn terms_of_flat_worlds() {
     let mut power = Power::of("single_terms::terms_of_flat_worlds").noticing(0.08);
@@ -155,16 +155,17 @@ fn terms_of_flat_worlds() {
             accept_flat(&mut power, &k, &label, &warped(300_000, construction));
         }
     }
-    // Softened little, the field moves nearly as the jumps do: most of what is left is its own motion.
+    // With little softening, the field moves nearly as the discontinuities do: most of the residual is the
+    // field's own motion.
     let softened = fields::Construction::Softened { reach, softness: 0.02 * reach };
     accept_flat(&mut power, &shaded(false, Filter::Tent), "softened little", &warped(150_000, softened));
-    // With a reach of many pixels the field hardly changes over one, and the flux through the ends of a box
-    // is nearly all.
+    // With a reach of many pixels the field hardly varies within one, and the flux through the ends of a box
+    // is nearly the whole derivative.
     let construction = fields::Construction::JumpMean { reach: 64.0 };
     accept_flat(&mut power, &shaded(true, Filter::Box), "a far reach", &warped(100_000, construction));
 }
 
-/// Russian roulette: surviving paths stand for all.
+/// Russian roulette: surviving paths represent all paths.
 #[test]
 fn roulette_in_flat_worlds() {
     let p = |x: f64, y: f64| DVec2::new(x, y);
@@ -186,10 +187,10 @@ fn roulette_in_flat_worlds() {
     );
 }
 
-/// A name, the exact value, and how a draw of a field says it.
+/// A name, the exact value, and its estimate from a draw of a field.
 type Quantity = (&'static str, f64, fn(&Field<DVec2>) -> f64);
 
-/// Harmonic fields of the plane: within a square that grows about c it is u − c, whose divergence is 2.
+/// Harmonic fields of the plane: within a square that grows about c the field is u − c, with divergence 2.
 #[test]
 fn harmonic_fields() {
     let mut power = Power::of("single_terms::harmonic_fields").noticing(0.1);

@@ -1,9 +1,10 @@
-//! Shadows of what touches a lamp, or nearly does, against Lambert's formula over clipped polygons.
+//! Shadows of occluders that touch a lamp, or nearly do, compared with Lambert's formula over clipped
+//! polygons.
 //!
-//! A plate hangs from a lamp, or a block stands under it, at gaps down to none, and moves along the lamp. The
-//! light that passes an edge near a lamp comes from all directions at once, and at no gap from the edge
-//! itself. So each scene has the slope by itself, and the standard error of one sample must not grow as the
-//! gap closes.
+//! A plate hangs from a lamp, or a block stands under it, at gaps down to 0, and moves along the lamp. Light
+//! that passes an edge near a lamp comes from all directions at once; at gap 0 it comes from the edge itself.
+//! Each scene therefore has a slope of its own, and the standard error of one sample must not grow as the gap
+//! closes.
 
 use flatland::plane::Filter;
 use glam::DVec3;
@@ -18,13 +19,13 @@ use tests::space::direct::DirectScene;
 use tests::space::irradiance::{Ground, Surface, World};
 use volume3d::gradient::{EdgeSampling, Field, WarpedArea};
 
-/// Relative to the size of the lamp.
+/// Gaps, relative to the size of the lamp.
 const GAPS: [f64; 3] = [0.0, 1e-6, 1e-1];
 
-/// Relative to the distance of the ground, roughly.
+/// Sizes of lamps, relative to the distance of the ground, roughly.
 const LAMPS: [f64; 3] = [0.1, 1.0, 0.01];
 
-/// How high the lamp hangs.
+/// Height of the lamp.
 const HEIGHT: f64 = 2.0;
 
 /// The occluder below the lamp.
@@ -34,7 +35,7 @@ enum Shape {
     Block,
 }
 
-/// A square of n × n squares, each an emitter of its own, that look down.
+/// A square of n × n squares that face down, each a separate emitter.
 fn squares(lamp: f64, n: usize) -> impl Iterator<Item = Surface> {
     let corner = move |i: usize, j: usize| {
         let at = |k: usize| lamp * (k as f64 / n as f64 - 0.5);
@@ -47,7 +48,8 @@ fn squares(lamp: f64, n: usize) -> impl Iterator<Item = Surface> {
     })
 }
 
-/// Vertical faces over the sides of a polygon, and what closes it above and below, from `top` down.
+/// Vertical faces over the sides of a polygon, from `top` down, and the faces that close them above and
+/// below.
 fn below(top: f64, ring: &[DVec3], closed: bool) -> Vec<Surface> {
     let down = -0.6 * DVec3::Y;
     let ring: Vec<DVec3> = ring.iter().map(|p| *p + top * DVec3::Y).collect();
@@ -58,13 +60,13 @@ fn below(top: f64, ring: &[DVec3], closed: bool) -> Vec<Surface> {
     };
     let mut faces: Vec<Surface> = (0..count).map(side).collect();
     if closed {
-        // At no gap the lid lies on the lamp: the sides and the base hide all that it hides.
+        // At gap 0 the lid coincides with the lamp: the sides and the base occlude all that it occludes.
         faces.push(Surface::occluder(ring.iter().map(|p| *p + down).collect()));
     }
     faces
 }
 
-/// Seen from above the ground, which may move as well.
+/// A camera above the ground, which may move as well.
 fn scene((lamp, parts): (f64, usize), gap: f64, shape: Shape, ground: DVec3) -> Known {
     let turned =
         |x: f64, z: f64| DVec3::new(0.94 * x + 0.34 * z + 0.1, 0.0, -0.34 * x + 0.94 * z + 0.05) * lamp;
@@ -128,7 +130,7 @@ fn scenes(gaps: &[f64], shape: Shape, lamp: (f64, usize), ground: DVec3) -> Vec<
     gaps.par_iter().map(|&gap| scene(lamp, gap, shape, ground)).collect()
 }
 
-/// Each scene, all of them together, and the standard error at every gap beside that at the widest.
+/// Judges each scene, all scenes together, and the standard error at every gap relative to the widest.
 fn judge(power: &mut Power, name: &str, known: &[Known], estimate: impl Fn(&Known, u64) -> Estimate + Sync) {
     let found = halves(known, estimate);
     let error =
@@ -151,12 +153,12 @@ fn shadows_of_what_touches_a_lamp() {
             });
         }
     }
-    // More triangles than directions are drawn to one by one.
+    // More triangles than the limit up to which directions are sampled towards each one.
     let known = scenes(&GAPS, Shape::Plate, (1.0, 6), DVec3::ZERO);
     let more = EdgeSampling { secondary: 3 * edges().secondary, ..edges() };
     judge(&mut power, "edge sampling, many lamps", &known, |k, half| k.estimate(half, &more));
-    // Towards lamps a softened field is 0: that is edge sampling again, but for points that slide with the
-    // film's field.
+    // Towards lamps a softened field is 0: edge sampling again, except for points that slide with the film's
+    // field.
     let known = scenes(&GAPS, Shape::Plate, (0.1, 1), DVec3::new(0.02, 0.01, 0.03));
     judge(&mut power, "softened, over a ground that moves", &known, |k, half| k.estimate(half, &softened()));
 }

@@ -1,8 +1,8 @@
-//! Unbiasedness of primary visibility: meshes of constant radiance before a moving camera, against
+//! Unbiasedness of primary visibility: meshes of constant radiance in front of a moving camera, compared with
 //! the exact derivative of their coverage, with the controls that must be rejected on the same scenes.
 //!
-//! Films have all three filters, borders that silhouettes cross, and in every fourth scene a crop
-//! window. Seeds are fixed, and the false-alarm rate is that of the whole suite.
+//! Films have all three filters, silhouettes that cross their borders, and a crop window in every fourth
+//! scene. Seeds are fixed, and the false-alarm rate is shared by the whole suite.
 
 use std::sync::LazyLock;
 
@@ -23,11 +23,11 @@ fn per_kind() -> u64 {
     pick(4, 10)
 }
 
-/// Nothing degenerate about them.
+/// Scenes without degeneracies.
 static GENERIC: LazyLock<Vec<Known>> = LazyLock::new(|| coverage(&CoverageKind::GENERIC, per_kind()));
 
-/// As many as auxiliary rays are traced in. In one scene of thirty their errors have tails so heavy that it
-/// would decide: more samples of few scenes say more.
+/// The number of scenes on which auxiliary rays are traced. In one scene of thirty their errors have tails so
+/// heavy that this scene would decide: more samples of fewer scenes reveal more.
 static FEW: LazyLock<Vec<Known>> = LazyLock::new(|| coverage(&CoverageKind::GENERIC, 4));
 
 /// Worlds a million times smaller, larger or farther from the origin.
@@ -35,7 +35,7 @@ static FAR: LazyLock<Vec<Known>> = LazyLock::new(|| {
     coverage(&[CoverageKind::Small, CoverageKind::Large, CoverageKind::FarFromOrigin], pick(6, 12))
 });
 
-/// Samples a pixel in each of [`REPETITIONS`] runs: one in each of a run's groups.
+/// Samples per pixel in each of [`REPETITIONS`] runs: one in each of a run's groups.
 const SAMPLES: usize = 8;
 
 fn warped() -> WarpedArea {
@@ -46,16 +46,16 @@ fn with(warp: Warp) -> WarpedArea {
     WarpedArea { field: Field::AuxiliaryRays, warp, ..warped() }
 }
 
-/// The velocity of what is seen, as it is, and its divergence: a pair of auxiliary rays so close that it sees
-/// what the sample sees. With δ of variance 1/κ, E[κ δ·(V(u + δ) − V(u − δ))/2] is ∇·V wherever V is smooth,
-/// and of the pairs that straddle a silhouette there are too few to find one.
+/// The velocity of the visible point, and its divergence from a pair of auxiliary rays so close together that
+/// both see the sample's surface. With δ of variance 1/κ, E[κ δ·(V(u + δ) − V(u − δ))/2] is ∇·V wherever V is
+/// smooth, and almost no pair straddles a silhouette.
 fn direct() -> WarpedArea {
-    // Apart by 10⁻⁸ pixels: 10⁵ times what rounding moves a film point by, and a sample in 10⁷ may straddle.
+    // Rays 10⁻⁸ pixels apart: 10⁵ times the rounding of a film point, and one sample in 10⁷ may straddle.
     let kernels = Kernels { film: 1e16, ..Kernels::default() };
     let debias = Debias::Consistent { rays: 2 };
     let points = AuxiliaryPoints::Antithetic;
     let pair = Warp { weighting: Weighting::Gaussian, points, radial_exponent: 1.0, debias };
-    // What is subtracted integrates to nothing only if V is continuous.
+    // The integral of the control variate's term is 0 only if V is continuous.
     WarpedArea { kernels, control_variate: 0, ..with(pair) }
 }
 
@@ -64,7 +64,7 @@ fn warped_area_is_unbiased() {
     let mut power = Power::of("space_coverage::warped_area_is_unbiased");
     accept(&mut power, "warped area", &GENERIC, &warped());
     accept(&mut power, "small, large and far", &FAR, &warped());
-    // Without the image that is subtracted samples are noisier.
+    // Samples without the control variate are noisier.
     accept(&mut power, "no control variate", &GENERIC, &WarpedArea { control_variate: 0, ..warped() });
 }
 
@@ -77,8 +77,8 @@ fn other_warps_are_unbiased() {
     accept(&mut power, "stratified points", &FEW, &longer(Warp { points, ..warp }));
 }
 
-/// What is thinner than samples are apart is found by edge sampling, which knows where edges are. Warped area
-/// meets too few of them to say anything: `RESULTS.md` shows what it finds.
+/// Features thinner than the spacing of samples are found by edge sampling, which lists the edges. Warped
+/// area samples too few of them for a verdict: `RESULTS.md` shows its results.
 #[test]
 fn edge_sampling_is_unbiased() {
     let mut power = Power::of("space_coverage::edge_sampling_is_unbiased");
@@ -89,13 +89,13 @@ fn edge_sampling_is_unbiased() {
     accept(&mut power, "edge sampling, slivers and grazing triangles", &thin, &edges);
 }
 
-/// The same numbers, forwards and backwards, for all kinds and all parameters at once.
+/// The same numbers, forward and in reverse, for all kinds and all parameters at once.
 #[test]
 fn reverse_mode_is_the_transpose() {
     transposes(false);
 }
 
-/// The same with the reflectance of black surfaces, behind which forward mode need not look.
+/// The same with the reflectance of black surfaces, behind which forward mode need not trace.
 #[test]
 fn reverse_mode_is_the_transpose_with_materials() {
     transposes(true);
@@ -108,7 +108,8 @@ fn transposes(materials: bool) {
     println!("forward against reverse: worst {worst:.1e}");
 }
 
-/// The standard error that a gradient image states for each pixel is, in the mean, what repetitions show.
+/// The mean of the standard errors that a gradient image states for its pixels agrees with the spread of
+/// repetitions.
 #[test]
 fn stated_standard_errors_are_what_repetitions_show() {
     let mut ratios = Moments::new();
@@ -123,7 +124,7 @@ fn stated_standard_errors_are_what_repetitions_show() {
             stated +=
                 runs.iter().map(|r| r.standard_error.pixels[i].y.powi(2)).sum::<f64>() / runs.len() as f64;
         }
-        // Where nothing moves on the film neither has any.
+        // Where nothing moves on the film, both are 0.
         if shown > 0.0 || stated > 0.0 {
             ratios.push(0.5 * (stated / shown).ln());
         }
@@ -135,16 +136,16 @@ fn stated_standard_errors_are_what_repetitions_show() {
     compared.accept(&mut power, "ratio of the errors", 1.0);
 }
 
-/// The largest share that one of some numbers has of their spread, Σ (x − mean)²: 10% in the mean of 64
-/// normal deviates, and most of it under tails without a variance, however many there are.
+/// The largest share of one number in the spread Σ (x − mean)² of several: 10% on average for 64 normal
+/// deviates, and most of the spread for tails without a variance, whatever their count.
 fn largest_share(numbers: &[f64]) -> f64 {
     let mean = numbers.iter().sum::<f64>() / numbers.len() as f64;
     let squares: Vec<f64> = numbers.iter().map(|x| (x - mean).powi(2)).collect();
     squares.iter().copied().fold(0.0, f64::max) / squares.iter().sum::<f64>()
 }
 
-/// The default field's variance is finite here: no run of 64 carries much of their spread, in the median over
-/// scenes.
+/// The default field's variance is finite here: no run of 64 has a large share of their spread, in the median
+/// over scenes.
 #[test]
 fn no_run_carries_the_spread() {
     let median = |mut shares: Vec<f64>| {
@@ -166,8 +167,8 @@ fn no_run_carries_the_spread() {
     assert!(found < 0.2 && half > 0.2 && one > 0.5, "{found} {half} {one}");
 }
 
-/// Where the camera turns or zooms all that is seen moves alike, and velocities jump nowhere: the control
-/// that is rejected below fails for its silhouettes alone.
+/// Where the camera rotates or zooms, everything visible moves alike, and velocities are continuous: the
+/// control that is rejected below fails only because of its silhouettes.
 #[test]
 fn the_direct_field_is_unbiased_where_nothing_passes_before_anything() {
     let mut power =

@@ -1,8 +1,8 @@
-//! Unbiasedness where surfaces pass through one another: every method against the exact derivative of
-//! the coverage of meshes that cross, and of the light past bodies that cross, at rest and moving.
+//! Unbiasedness where surfaces pass through one another: every method compared with the exact derivative of
+//! the coverage of crossing meshes, and of the light past crossing bodies, at rest and moving.
 //!
-//! A crossing is a jump of the image that no edge of the mesh stands for. Where it moves its
-//! boundary term is part of the derivative; where it rests a warp field must not flow through it.
+//! A crossing is a discontinuity of the image without an edge of the mesh. Where it moves, its boundary term
+//! is part of the derivative; where it rests, a warp field must not flow through it.
 
 use std::sync::LazyLock;
 
@@ -14,26 +14,26 @@ use tests::space::crossing::{coverage, lit, zeros};
 use tests::space::worlds::{CrossingMoving, LitCrossingKind, LitCrossingMoving};
 use volume3d::gradient::{EdgeSampling, Field, WarpedArea};
 
-/// The crossing rests in the world; a plate moves before it, or the camera moves.
+/// The crossing is at rest in the world; a plate moves in front of it, or the camera moves.
 static AT_REST: LazyLock<Vec<Known>> = LazyLock::new(|| coverage(&CrossingMoving::AT_REST, pick(4, 10)));
 /// The crossing moves.
 static MOVING: LazyLock<Vec<Known>> = LazyLock::new(|| coverage(&CrossingMoving::MOVING, pick(2, 4)));
-/// Where the camera moves, alone or with everything. These the multilevel rays resolve: where a plate
-/// slides before others at rest their errors have heavy tails, and no affordable number of samples would
-/// show 15 % of bias.
+/// Where the camera moves, alone or with everything. Multilevel rays resolve these cases: where a plate
+/// slides in front of others at rest, their errors have heavy tails, and no affordable number of samples
+/// would reveal 15 % of bias.
 static CAMERA: LazyLock<Vec<Known>> =
     LazyLock::new(|| coverage(&[CrossingMoving::Camera, CrossingMoving::Mixed], 5));
-/// A ground lit past bodies that cross one another or the lamp; the camera sees the ground alone.
+/// A ground lit past bodies that cross one another or the lamp; the camera sees only the ground.
 static LIT: LazyLock<Vec<Known>> =
     LazyLock::new(|| lit(&LitCrossingKind::UNSEEN, &LitCrossingMoving::ALL, 1));
-/// The same without ceilings, whose own borders edge sampling finds by chance.
+/// The same without ceilings, whose own borders edge sampling finds only by chance.
 static LIT_BY_EDGES: LazyLock<Vec<Known>> = LazyLock::new(|| {
     let kinds = [LitCrossingKind::Plate, LitCrossingKind::Block, LitCrossingKind::Shadows];
     lit(&kinds, &LitCrossingMoving::ALL, 2)
 });
-/// What stands in the ground.
+/// Bodies that stand in the ground.
 static SUNK: LazyLock<Vec<Known>> = LazyLock::new(|| lit(&LitCrossingKind::SEEN, &LitCrossingMoving::ALL, 2));
-/// Exact zeros.
+/// Sums that are exactly 0.
 static ZEROS: LazyLock<Vec<Known>> = LazyLock::new(|| zeros(6));
 
 fn rays(samples: usize) -> WarpedArea {
@@ -75,7 +75,7 @@ fn edge_sampling_is_unbiased() {
     }
 }
 
-/// By estimates whose error is small.
+/// Estimates with a small error.
 #[test]
 fn sums_that_are_zero_are_found_to_be() {
     let mut power = Power::of("space_crossing::sums_that_are_zero_are_found_to_be");
@@ -89,7 +89,7 @@ fn sums_that_are_zero_are_found_to_be() {
     zeros("edge sampling", Verdict::of(&ZEROS, |k, half| k.estimate(half, &EDGES)));
 }
 
-/// The same numbers, forwards and backwards.
+/// The same numbers, forward and in reverse.
 #[test]
 fn reverse_mode_is_the_transpose() {
     let mut worst = [0.0_f64; 3];
@@ -103,8 +103,8 @@ fn reverse_mode_is_the_transpose() {
     println!("forward against reverse, warped area, auxiliary rays and edge sampling: worst {worst:?}");
 }
 
-/// What vouches for a method is that it, made wrong, is found out on the same scenes; 0.85 times it is,
-/// where it is accepted.
+/// A method is trusted if it is rejected on the same scenes when made wrong; 0.85 times a method is rejected
+/// where the method is accepted.
 #[test]
 fn controls_are_rejected() {
     for (name, scenes) in

@@ -1,9 +1,9 @@
-//! Unbiasedness of direct light: a diffuse ground lit by polygons past polygons, against Lambert's formula
-//! over clipped polygons and its derivative, integrated over pixels to a stated error.
+//! Unbiasedness of direct light: a diffuse ground lit by polygons past polygons, compared with Lambert's
+//! formula over clipped polygons and its derivative, integrated over pixels to a stated error.
 //!
-//! Emitters, occluders, the ground and the camera move; two in five emitters shine to both sides, some
-//! worlds are surrounded by light. Where the camera sees no edge, all that jumps is seen from the ground: the
-//! secondary term is what is tested here.
+//! Emitters, occluders, the ground and the camera move; two in five emitters are two-sided, and some worlds
+//! have a uniform environment. The camera sees no edge, so that all discontinuities are over the directions
+//! at the ground: the secondary term is tested here.
 
 use std::sync::LazyLock;
 
@@ -24,7 +24,7 @@ use tests::space::worlds::{
 };
 use volume3d::gradient::{EdgeSampling, Field, Progress, WarpedArea};
 
-/// Grounds in whose pixels penumbras lie.
+/// Grounds with penumbras in their pixels.
 static PENUMBRAS: LazyLock<Vec<Known>> = LazyLock::new(|| {
     let all = DirectKind::ALL.into_iter().flat_map(|kind| {
         (0..pick(8, 24)).map(move |i| {
@@ -40,8 +40,8 @@ static PENUMBRAS: LazyLock<Vec<Known>> = LazyLock::new(|| {
     known.collect()
 });
 
-/// What moves over points. A ground that moves at the speed of the world's size moves a thousand pixels of
-/// so small a film: such motions are those of [`PENUMBRAS`].
+/// The motions tested on points. A ground with a speed of about the world's size moves by a thousand pixels
+/// of so small a film: such motions are tested on [`PENUMBRAS`].
 const MOVING: [IrradianceMoving; 4] = [
     IrradianceMoving::Emitter,
     IrradianceMoving::Occluders,
@@ -49,11 +49,11 @@ const MOVING: [IrradianceMoving; 4] = [
     IrradianceMoving::GroundRotation,
 ];
 
-/// Receivers as small as a pixel, under up to four occluders.
+/// Receivers the size of a pixel, under up to four occluders.
 static POINTS: LazyLock<Vec<Known>> = LazyLock::new(|| points(&IrradianceKind::GENERIC, pick(24, 48)));
 
-/// The pixel's field of view: what it sees of the ground is a sixth of the ground's size, and 1/200 of the
-/// distance of everything else.
+/// The pixel's field of view: the visible part of the ground is a sixth of the ground's size, and 1/200 of
+/// the distance of everything else.
 const FIELD_OF_VIEW: f64 = 0.1;
 
 fn points(kinds: &[IrradianceKind], per_kind: u64) -> Vec<Known> {
@@ -74,7 +74,7 @@ fn points(kinds: &[IrradianceKind], per_kind: u64) -> Vec<Known> {
         .collect()
 }
 
-/// One pixel about the receiver.
+/// A film of one pixel around the receiver.
 fn seen(case: &IrradianceCase) -> DirectScene {
     let ray = &case.ray;
     let (forward, length) = (ray.direction.normalize(), ray.direction.length());
@@ -100,7 +100,7 @@ fn seen(case: &IrradianceCase) -> DirectScene {
     }
 }
 
-/// Samples a pixel in each run.
+/// Samples per pixel in each run.
 const SAMPLES: usize = 32;
 
 fn warped() -> WarpedArea {
@@ -127,8 +127,8 @@ fn edges(samples: usize) -> EdgeSampling {
     }
 }
 
-/// A method on a set of scenes: the verdict on all of them, and, where there are enough, by what moves, as a
-/// bias of one kind of motion must not hide among the others.
+/// A method on a set of scenes: the verdict on all scenes and, if there are enough, on each kind of motion,
+/// as a bias of one kind must not hide among the others.
 fn judge(
     power: &mut Power,
     name: &str,
@@ -161,20 +161,20 @@ fn pixels_with_penumbras() {
     });
 }
 
-/// Edge sampling hardly finds receivers as small as these, and is judged by penumbras alone.
+/// Edge sampling rarely samples receivers this small, and is judged by penumbras alone.
 #[test]
 fn receivers() {
     let mut power = Power::of("space_irradiance::receivers");
     judge(&mut power, "warped area", &POINTS, &POINT_MOTIONS, |k, half| k.estimate(half, &pixel()));
 }
 
-/// Kinds in which something is hard to see, each by itself.
+/// Kinds that are hard to sample, each by itself.
 #[test]
 fn degenerate_kinds() {
     let mut power = Power::of("space_irradiance::degenerate_kinds");
     for kind in IrradianceKind::DEGENERATE {
-        // Most tiny emitters are hidden, or moved by nothing: it takes many scenes, and long runs to tell a
-        // zero.
+        // Most tiny emitters are occluded, or affected by no motion: many scenes, and long runs to confirm a
+        // zero, are needed.
         let (count, times) = match kind {
             IrradianceKind::TinyEmitter => (pick(0, 72), 12),
             _ => (12, 1),
@@ -188,7 +188,7 @@ fn degenerate_kinds() {
     }
 }
 
-/// The reference itself: the pixel's quadrature agrees with the irradiance at its centre to the size of
+/// The reference itself: the pixel's quadrature agrees with the irradiance at its centre up to the size of
 /// the pixel.
 #[test]
 fn pixels_are_nearly_points() {
@@ -221,7 +221,7 @@ fn reverse_mode_is_the_transpose() {
 
 #[test]
 fn controls_are_rejected() {
-    // Those with occluders, without which nothing jumps but what is sampled as light.
+    // Scenes with occluders, without which only sampled lights have discontinuities.
     let (first, count) = (POINTS.len() / 3, 6);
     let some: &[Known] = &POINTS[first..first + count];
     reject("sign flipped", some, |k, half| k.estimate(half, &pixel()).scaled(-1.0));
@@ -242,7 +242,7 @@ fn controls_are_rejected() {
     reject("the secondary term's sign flipped", some, |k, half| {
         terms(k, half, &|t, i| t.interior.pixels[i] + t.primary.pixels[i] - t.secondary.pixels[i])
     });
-    // All three together are the whole.
+    // The sum of the three terms is the derivative.
     let whole = Verdict::of(some, |k, half| {
         terms(k, half, &|t, i| t.interior.pixels[i] + t.primary.pixels[i] + t.secondary.pixels[i])
     });
@@ -255,7 +255,7 @@ fn controls_are_rejected() {
     }
 }
 
-/// Light from everywhere past what hides some of it, moving: there is no emitter to sample.
+/// Light from a uniform environment past moving occluders: there is no emitter to sample.
 #[test]
 fn an_environment_behind_occluders() {
     let mut power = Power::of("space_irradiance::an_environment_behind_occluders");
@@ -274,7 +274,7 @@ fn an_environment_behind_occluders() {
             Known::of_direct(&seen(&case), 1e-4, &format!("{} in the dark", case.label))
         })
         .collect();
-    // Its light has no kernel narrower than that of a diffuse surface: noisier than an emitter's.
+    // Its light has no kernel narrower than the diffuse one, and thus more noise than an emitter's.
     accept(&mut power, "environment", &known, &WarpedArea { samples: pick(64, 128) * SAMPLES, ..warped() });
     let still = WarpedArea { warps: false, ..warped() };
     reject("environment, interior only", &known, |k, half| k.estimate(half, &still));

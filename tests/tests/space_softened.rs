@@ -1,10 +1,10 @@
-//! Unbiasedness of softened means over jumps with samples of the curves that they leave: on the film, of
-//! meshes of constant radiance against the exact derivative of their coverage, with crossings and without;
-//! and of direct light with penumbras, where shadows are sampled.
+//! Unbiasedness of softened means over discontinuities with samples of their residual curves: on the film,
+//! for meshes of constant radiance with and without crossings, compared with the exact derivative of their
+//! coverage; and for direct light with penumbras, where shadows are sampled.
 //!
-//! Whatever the softness, the mean is the derivative: from next to none, where all is followed, to so much
-//! that only the border of what is seen is. Without the samples of curves it is not, and with twice as many
-//! of them either: the controls.
+//! The mean is the derivative for any softness: from nearly none, where everything is followed, to so much
+//! that only the border of the visible shape is followed. Without the samples of curves it is not, nor with
+//! twice their contribution: these are the controls.
 
 use std::sync::LazyLock;
 
@@ -45,7 +45,8 @@ static PENUMBRAS: LazyLock<Vec<Known>> = LazyLock::new(|| {
     known.collect()
 });
 
-/// So many samples of the area, and of silhouettes and shadows, with a softness in pixels.
+/// A method with these numbers of samples of the area, of silhouettes and of shadows, and a softness in
+/// pixels.
 fn softened(samples: usize, softness: f64, silhouettes: usize, shadows: usize) -> WarpedArea {
     let field = Field::Softened { film: 1.2, lobe: 0.5, softness, silhouettes, shadows, bounces: 0 };
     WarpedArea { samples, field, ..WarpedArea::default() }
@@ -59,7 +60,7 @@ fn coverage_is_unbiased_for_any_softness() {
         accept(&mut power, &format!("softened, ε = {softness}"), &GENERIC, &method);
     }
     accept(&mut power, "softened, small, large and far", &FAR, &softened(8, 0.4, 8, 0));
-    // Where levels are 0 both sides count by their radiance.
+    // Where the control variate is 0, both sides count by their full radiance.
     let level = WarpedArea { control_variate: 0, ..softened(8, 0.4, 8, 0) };
     accept(&mut power, "softened, no control variate", &GENERIC, &level);
     let some = &GENERIC[..pick(16, 24)];
@@ -82,16 +83,16 @@ fn penumbras_are_unbiased() {
     let mut power = Power::of("space_softened::penumbras_are_unbiased");
     let method = softened(16, 0.4, 16, pick(64, 128));
     accept(&mut power, "softened, sampled shadows", &PENUMBRAS, &method);
-    // The softness is of the film, where nothing jumps here: what else there is are shadows that the field
-    // follows.
+    // The softness applies to the film, which has no discontinuities here: the only discontinuities are
+    // shadows, which the field follows.
     let followed = softened(pick(32, 64), 0.4, 16, 0);
     accept(&mut power, "softened, followed shadows", &PENUMBRAS, &followed);
     let still = WarpedArea { warps: false, ..method };
     reject("interior only", &PENUMBRAS, |k, half| k.estimate(half, &still));
 }
 
-/// A pilot looks at a scene before it chooses a method and splits its samples: what it sees must not be in
-/// what is then estimated.
+/// A pilot samples a scene before it chooses a method and splits the samples: its choice must not bias the
+/// final estimate.
 #[test]
 fn what_a_pilot_chooses_is_unbiased() {
     let mut power = Power::of("space_softened::what_a_pilot_chooses_is_unbiased");
@@ -101,7 +102,7 @@ fn what_a_pilot_chooses_is_unbiased() {
     accept(&mut power, "chosen by a pilot, penumbras", &PENUMBRAS, &Pilot { samples: 32, seed: 0 });
 }
 
-/// The same numbers, forwards and backwards.
+/// The same numbers, forward and in reverse.
 #[test]
 fn reverse_mode_is_the_transpose() {
     let method = softened(2, 0.4, 2, 4).reseeded(11);

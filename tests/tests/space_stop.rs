@@ -1,5 +1,5 @@
-//! Whoever asks a computation to stop waits for a moment, not for a cell: one pixel may have millions of
-//! samples.
+//! A request to stop a computation takes effect within a sample or two, not a cell: one pixel may have
+//! millions of samples.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -13,7 +13,7 @@ use volume3d::gradient::{
 };
 use volume3d::scene::{Camera, Description, Filter, Integrator, Material, Scene};
 
-/// One pixel of a floor under a plate and a lamp.
+/// One pixel that shows a floor under a plate and a lamp.
 fn scene() -> Scene {
     let camera = Camera::look_at(DVec3::new(0.0, 1.2, 1.6), DVec3::ZERO, DVec3::Y, 0.35);
     let mut d = Description::new(camera, film(1, Filter::Box));
@@ -25,11 +25,11 @@ fn scene() -> Scene {
     Scene::new(d).expect("a scene")
 }
 
-/// As many samples take many seconds.
+/// A number of samples that takes many seconds.
 const MANY: usize = 1 << 22;
 
-/// When the wish to stop comes, and how long it may take to be heard. It takes a sample or two; the rest is
-/// for machines that are busy with other things.
+/// Time of the request to stop, and the allowed delay. The delay is one or two samples; the rest is for
+/// machines that are busy with other work.
 const AFTER: Duration = Duration::from_millis(100);
 const PATIENCE: Duration = Duration::from_millis(900);
 
@@ -58,7 +58,7 @@ fn edges() -> EdgeSampling {
     }
 }
 
-/// Of a film of one pixel.
+/// The adjoint of a film of one pixel.
 fn adjoint() -> Image {
     Image::constant(1, 1, DVec3::ONE)
 }

@@ -1,7 +1,7 @@
 //! Numerical stability at the extremes: a table of `RESULTS.md` that this test fills.
 //!
-//! `UPDATE_RESULTS=1 cargo test --release -p tests --test stability` writes it;
-//! without it the test holds every row to its bound, and fails if the table has other rows.
+//! `UPDATE_RESULTS=1 cargo test --release -p tests --test stability` writes it; otherwise the test checks
+//! every row against its bound, and that the table has the same rows.
 
 use flatland::estimator::{Construction, GradientImage, Method, WarpedArea};
 use flatland::plane::exact::Arrangement;
@@ -14,7 +14,8 @@ use tests::oracle;
 use tests::results::{self, power_of_ten};
 use tests::scenes::Case;
 
-/// The extreme; the edge integral against the oracle; the divergence against the edge integral; warped area.
+/// The extreme; the edge integral compared with the oracle; the divergence with the edge integral; warped
+/// area.
 type Row = [String; 4];
 
 fn polygon(points: &[(f64, f64)], scale: f64, offset: DVec2) -> Polygon {
@@ -22,8 +23,8 @@ fn polygon(points: &[(f64, f64)], scale: f64, offset: DVec2) -> Polygon {
     Polygon::simple(points.iter().map(place).collect::<Vec<_>>()).expect("simple")
 }
 
-/// Two polygons that move differently. Coordinates are multiples of 1/64, so that scaling by powers
-/// of 2 and moving by integers is exact, and only the engine can lose digits.
+/// Two polygons that move differently. Coordinates are multiples of 1/64, so that scaling by powers of 2 and
+/// moving by integers is exact, and only the engine loses digits.
 fn pair(scale: f64, offset: DVec2) -> Case {
     let quad = polygon(&[(2.3125, 2.125), (5.875, 2.6875), (5.4375, 5.625), (2.0625, 4.875)], scale, offset);
     let triangle = polygon(&[(4.3125, 1.125), (7.1875, 4.1875), (3.6875, 3.90625)], scale, offset);
@@ -38,8 +39,8 @@ fn pair(scale: f64, offset: DVec2) -> Case {
     Case { scene, motion, film, label: format!("pair × {scale} + {offset}") }
 }
 
-/// The exact engine against the oracle and against itself, and warped area against the exact engine, `held`
-/// to all of the derivative where nothing is far below the spacing of samples.
+/// The exact engine compared with the oracle and with itself, and warped area with the exact engine; `held`
+/// requires it to find the whole derivative, for scenes without features far below the spacing of samples.
 fn row(extreme: impl Into<String>, case: Case, method: &WarpedArea, held: bool) -> Row {
     let velocities = case.velocities();
     let oracle = oracle::image(&case.scene, &velocities, &case.film);
@@ -59,8 +60,8 @@ fn row(extreme: impl Into<String>, case: Case, method: &WarpedArea, held: bool) 
     [extreme.into(), power_of_ten(edge), power_of_ten(apart), percent(found, error)]
 }
 
-/// The part of the exact derivative that the samples find, by regression over all pixels and
-/// channels, with its standard error. Channels share their samples: at worst their errors add up.
+/// The fraction of the exact derivative that the samples find, by regression over all pixels and channels,
+/// with its standard error. Channels share their samples: in the worst case their errors add.
 fn found(exact: &Image, sampled: &GradientImage) -> (f64, f64) {
     assert!(sampled.non_finite.is_empty());
     let squares = exact.dot(exact);
@@ -106,7 +107,7 @@ fn scale_invariance(kappa: f64) -> f64 {
     worst
 }
 
-/// How far V is from the boundary's velocity at a distance from it, with many rays.
+/// Error of V near a boundary, at a distance from it, with many rays.
 fn boundary_error(distance: f64) -> f64 {
     let scene = half_plane(100.0);
     let warp = Warp { debias: Debias::Consistent { rays: 1 << 14 }, ..Warp::default() };
@@ -150,7 +151,7 @@ fn rows() -> Vec<Row> {
         let needle = polygon(&[(1.5, 2.5 - half), (5.5, 2.9), (1.5, 2.5 + half)], 1.0, DVec2::ZERO);
         let shape = Shape::new(needle, Shade::constant(DVec3::ONE));
         let scene = Scene::new(DVec3::ZERO, vec![shape]).expect("a scene");
-        // It widens: the derivative of its image does not vanish with its width.
+        // It widens, so that the derivative of its image does not vanish with its width.
         let motion = Motion::vertex(0, 2, DVec2::Y);
         let film = Film::new(7, 5, Filter::Tent).expect("a film");
         let case = Case { scene, motion, film, label: format!("aspect {aspect}") };

@@ -1,5 +1,5 @@
-//! The exact engine of flat transport against an oracle that shares no code with it, on random
-//! worlds, generic and degenerate; and against what is known by an argument.
+//! The exact engine of flat transport, compared with an oracle that shares no code with it on random worlds,
+//! generic and degenerate; and with values known by an argument.
 
 use flatland::plane::Filter;
 use flatland::transport::Terms;
@@ -35,13 +35,13 @@ impl Findings {
     }
 }
 
-/// What no correct answer can be told from: rounding of the terms of value and derivative. The value
-/// takes part, as a derivative may have no terms at all.
+/// Scale below which no correct answers can be distinguished: rounding of the terms of value and derivative.
+/// The value contributes, as a derivative may have no terms at all.
 fn scale(pixel: &PixelOracle) -> f64 {
     pixel.absolute + pixel.value.abs()
 }
 
-/// The smallest distance of a vertex to a segment that does not end in it, relative to the largest
+/// The smallest distance of a vertex from a segment that does not end in it, relative to the largest
 /// coordinate.
 fn gap(case: &Case) -> f64 {
     let world = &case.world;
@@ -57,15 +57,14 @@ fn gap(case: &Case) -> f64 {
     gap / world.vertices().map(|p| p.abs().max_element()).fold(0.0, f64::max)
 }
 
-/// A point of a surface is rounded to ε of its coordinates, and at a distance g from a vertex the
-/// direction in which it sees the vertex to ε/g: where a light almost touches a receiver and
-/// approaches it, ε/g of the derivative is rounding, whatever computes it. Everything else is held to
-/// [`TOLERANCE`].
+/// A surface point is rounded to ε of its coordinates and, at a distance g from a vertex, the direction of
+/// that vertex to ε/g: where a light almost touches a receiver and approaches it, ε/g of the derivative is
+/// rounding, however it is computed. Everything else must meet [`TOLERANCE`].
 fn tolerance(case: &Case) -> f64 {
     TOLERANCE.max(2.0 * f64::EPSILON / gap(case))
 }
 
-/// The derivative as an exact engine may have it: a control returns something else.
+/// The derivative of an exact engine from its terms; a control returns another value.
 type Derivative = fn(Terms<f64>) -> f64;
 
 fn compare(case: &Case, bounces: usize, derivative: Derivative) -> Findings {
@@ -91,7 +90,7 @@ fn compare(case: &Case, bounces: usize, derivative: Derivative) -> Findings {
     findings
 }
 
-/// Cases of a kind with every change and every filter, `each` of any.
+/// Cases of a kind with every change and every filter, `each` of every combination.
 fn cases(kind: Kind, each: u64) -> Vec<Knobs> {
     let filters = [Filter::Box, Filter::Tent, Filter::Gaussian];
     let mut all = vec![];
@@ -134,8 +133,8 @@ fn degenerate_worlds() {
     check(&Kind::DEGENERATE, 2);
 }
 
-/// The tests above must be able to fail: each corruption of the derivative is noticed wherever it is
-/// one. (Half of the worlds show no vertex to the film, and have no primary term to forget.)
+/// The tests above must be able to fail: each corruption of the derivative is noticed wherever it changes the
+/// value. (Half of the worlds show no vertex on the film, and have no primary term to omit.)
 #[test]
 fn wrong_derivatives_are_noticed() {
     let controls: [(&str, Derivative); 6] = [
@@ -207,7 +206,7 @@ fn light_scattered_twice() {
     let run = |case: &Case| {
         let Case { world, camera, change, label } = case;
         let expected = oracle::image(world, camera, change, 2);
-        // The coarsest, which states errors of some 10⁻⁹ of the scale: the oracle's are larger.
+        // The coarsest resolution states errors of about 10⁻⁹ of the scale: the oracle's are larger.
         let radiosity = Radiosity { bounces: Some(2), parts: 1, tolerance: 1e-8 };
         let [image, gradient] =
             radiosity.gradient(world, camera, change).unwrap_or_else(|e| panic!("{label}: {e}"));

@@ -1,5 +1,5 @@
-//! Along whole paths, forward and reverse mode are one linear map and its transpose, and no result
-//! depends on the number of threads.
+//! Along whole paths, forward and reverse mode are a linear map and its transpose, and no result depends on
+//! the number of threads.
 
 use flatland::estimator::transport::{EdgeSampling, Method, WarpedArea};
 use flatland::transport::fields::Construction;
@@ -35,8 +35,8 @@ fn cases(kinds: &[Kind], each: u64) -> impl Iterator<Item = Case> + '_ {
     })
 }
 
-/// Between numbers that are equal but for rounding, relative to the sum of the absolute values of all
-/// terms.
+/// Difference allowed between numbers that are equal up to rounding, relative to the sum of the absolute
+/// values of all terms.
 const ROUNDING: f64 = 1e-12;
 
 #[test]

@@ -14,16 +14,16 @@ fn p(x: f64, y: f64) -> DVec2 {
     DVec2::new(x, y)
 }
 
-/// What varies in the world of the table.
+/// Variable parts of the world of the table.
 #[derive(Clone, Copy)]
 struct Scene {
     floor: Material,
-    /// The light's middle and half its extent.
+    /// Middle and half extent of the light.
     light: [DVec2; 2],
-    /// Whether a block stands between.
+    /// Whether a block is between light and floor.
     block: bool,
     eye: DVec2,
-    /// What moves: the light, the block or the floor.
+    /// The moving part: the light, the block or the floor.
     moves: Moves,
     scale: f64,
 }
@@ -48,7 +48,7 @@ impl Scene {
     fn build(self) -> (World, Camera, Tangent) {
         let s = self.scale;
         let [middle, half] = self.light;
-        // The same power whatever its length.
+        // The power does not depend on the length.
         let emitter = Material::emitter(2.0 / half.length());
         let mut shapes = vec![
             Shape::open([s * p(-4.0, 0.0), s * p(3.0, 0.125)], self.floor),
@@ -70,11 +70,12 @@ impl Scene {
     }
 }
 
-/// The extreme; the exact engine against the oracle; what warped area and edge sampling find.
+/// The extreme; the exact engine compared with the oracle; the estimates of warped area and edge sampling.
 type Row = [String; 4];
 
-/// The part of the exact derivative that the samples find, by regression over all pixels, with its
-/// standard error; `held` to all of it where nothing is too small for samples to find.
+/// The fraction of the exact derivative that the samples find, by regression over all pixels, with its
+/// standard error; `held` requires the whole derivative, for scenes without features too small for samples to
+/// find.
 fn found(
     method: &impl Method,
     (world, camera, change): &(World, Camera, Tangent),
@@ -95,7 +96,7 @@ fn found(
     format!("finds {:.0}% ± {:.0}% of it", 100.0 * found, 100.0 * error)
 }
 
-/// Paths a pixel.
+/// Paths per pixel.
 const PATHS: usize = 2000;
 /// The same for 32 bounces.
 const LONG_PATHS: usize = 10_000;
@@ -122,14 +123,14 @@ fn row(extreme: impl Into<String>, scene: Scene, held: bool) -> Row {
     let exact: Vec<f64> = exact.iter().map(|t| t.total()).collect();
     let size = oracle.iter().map(|o| o.absolute).fold(0.0, f64::max);
     let apart = oracle.iter().zip(&exact).map(|(o, e)| (o.derivative - e).abs()).fold(0.0, f64::max) / size;
-    // The ends of a short emitter, seen from a point, are differences that round to ε.
+    // The ends of a short emitter, seen from a point, are differences that are rounded to ε.
     let length = 2.0 * scene.light[1].length();
     assert!(apart < (10.0 * f64::EPSILON / length).max(1e-6), "{apart:e}");
     let [warped, edges] = both(PATHS, Paths::default(), &all, &exact, held);
     [extreme.into(), power_of_ten(apart), warped, edges]
 }
 
-/// Light scattered up to 32 times, against the radiosity solution.
+/// Light scattered up to 32 times, compared with the radiosity solution.
 fn many_bounces() -> Row {
     let room = [p(-2.0, 0.0), p(2.0, 0.1), p(2.1, 3.0), p(-1.9, 3.1)];
     let shapes = vec![

@@ -1,8 +1,8 @@
-//! Unbiasedness of every method that claims it, with the controls that must be rejected on the same
-//! scenes (CONTRIBUTING.md says what such a test must have).
+//! Unbiasedness of every method that claims it, with the controls that must be rejected on the same scenes
+//! (see CONTRIBUTING.md for the requirements on such tests).
 //!
-//! The false-alarm rate is 10⁻⁶ for the whole suite: below 16 methods, at most 288 scenes and one
-//! slope each, and what other files compare. Seeds are fixed.
+//! The false-alarm rate is shared by the whole suite: fewer than 16 methods, at most 288 scenes and one slope
+//! each, and the comparisons in other files. Seeds are fixed.
 
 use std::sync::LazyLock;
 
@@ -24,9 +24,9 @@ use tests::power::Power;
 use tests::scenes::{Case, Kind};
 use tests::statistics::suite_threshold;
 
-/// Kinds on which the Monte Carlo methods are tested. On nearly coincident edges that part, the
-/// derivative exists only within their gap, and slivers are thinner than samples are apart, which then find
-/// nothing of them: the exact tests cover both, and slivers those of edge sampling.
+/// Kinds on which the Monte Carlo methods are tested. On nearly coincident edges that separate, the
+/// derivative exists only within their gap; slivers are thinner than the spacing of samples, which miss them:
+/// the exact tests cover both, and the tests of edge sampling cover slivers.
 const KINDS: [Kind; 11] = [
     Kind::Generic,
     Kind::CoincidentTogether,
@@ -42,9 +42,9 @@ const KINDS: [Kind; 11] = [
 ];
 
 static KNOWN: LazyLock<Vec<Known>> = LazyLock::new(|| known(&KINDS, pick(10, 12)));
-/// Some of them, for fields that take long.
+/// Some of them, for slow fields.
 static HALF: LazyLock<Vec<Known>> = LazyLock::new(|| known(&KINDS, pick(5, 12)));
-/// Some of them, for what is far off.
+/// Some of them, for large biases.
 static SOME: LazyLock<Vec<Known>> = LazyLock::new(|| known(&KINDS, pick(2, 4)));
 
 fn limits() -> Limits {
@@ -59,11 +59,11 @@ fn reject(name: &str, estimate: impl Fn(&Known, u64) -> Estimate + Sync) {
     Verdict::of(&SOME, estimate).reject(name, limits());
 }
 
-/// Kinds whose visible edges do not coincide, which sampled edges ask for.
+/// Kinds whose visible edges do not coincide, as edge sampling requires.
 const DISTINCT: [Kind; 5] =
     [Kind::Generic, Kind::TJunction, Kind::SharedVertex, Kind::Touching, Kind::VertexOnCorner];
 
-/// A pixel, in each of two halves.
+/// Samples per pixel, in each of two halves.
 const SAMPLES: usize = 264;
 
 fn warped(construction: impl Into<Construction>) -> WarpedArea {
@@ -76,8 +76,7 @@ fn warped_area_with_multilevel_debiasing() {
     accept(&mut power, "warped area, default", &warped(Warp::default()));
 }
 
-/// One pixel on a corner of a rigid quadrilateral, and many samples: a bias of one percent would
-/// show.
+/// One pixel on a corner of a rigid quadrilateral, and many samples: a bias of one percent is rejected.
 #[test]
 fn warped_area_in_depth() {
     let corners = [(0.3, -0.4), (2.5, 0.1), (2.1, 2.4), (-0.2, 1.9)].map(|(x, y)| DVec2::new(x, y));
@@ -99,7 +98,7 @@ fn warped_area_in_depth() {
 #[test]
 fn warped_area_at_other_concentrations() {
     let mut power = Power::of("unbiased::warped_area_at_other_concentrations");
-    // Where kernels are narrow zeros take long.
+    // With narrow kernels, confirming a zero takes long.
     let kappas = [(10.0, SAMPLES), (400.0, 3 * SAMPLES)];
     for &(kappa, samples) in &kappas[..pick(1, 2)] {
         let construction = Construction::Auxiliary { warp: Warp::default(), kappa };
@@ -121,8 +120,8 @@ fn warped_area_with_other_warps() {
         let original = Warp { debias, ..Warp::original(8) };
         let method = WarpedArea { samples: 2 * SAMPLES, ..warped(original) };
         accept(&mut power, "warped area, γ = 3, linear B", &method);
-        // Its variance is infinite: no single scene's error is normal, the regression over all of them has to
-        // do, and takes longer than all else here.
+        // Its variance is infinite: no single scene's error is normal; the test is the regression over all
+        // scenes, and takes longer than all others here.
         let debias = Debias::RussianRoulette { rays: 4, tail: 1.5 };
         let roulette = WarpedArea { samples: 3 * SAMPLES, ..warped(Warp { debias, ..Warp::default() }) };
         let v = Verdict::of(&KNOWN, |k, seed| k.run(seed, &roulette));
@@ -143,7 +142,7 @@ fn mean_over_jumps() {
 #[test]
 fn edge_sampling() {
     let mut power = Power::of("unbiased::edge_sampling");
-    // It takes no scenes whose visible edges coincide.
+    // It does not support scenes whose visible edges coincide.
     let kinds = [
         Kind::Generic,
         Kind::TJunction,
@@ -157,8 +156,8 @@ fn edge_sampling() {
     v.accept(&mut power, "edge sampling", limits());
 }
 
-/// A softened mean over jumps with its residual: for any softness, from next to none to more than the reach,
-/// with which shapes follow nothing but their own border.
+/// A softened mean over discontinuities with its residual, for any softness, from nearly none to more than
+/// the reach, where shapes follow only their own border.
 #[test]
 fn softened_mean_over_jumps() {
     let mut power = Power::of("unbiased::softened_mean_over_jumps");
@@ -181,12 +180,12 @@ fn softened_mean_over_jumps() {
         })
     };
     Verdict::of(&scenes, alone).reject("a softened mean without its residual", limits());
-    // With twice the residual it is as wrong on the other side.
+    // With twice the residual it is as wrong in the other direction.
     let twice = |k: &Known, seed| k.run(seed, &softened(0.4)).scaled(2.0).plus(alone(k, !seed).scaled(-1.0));
     Verdict::of(&scenes, twice).reject("a softened mean with twice its residual", limits());
 }
 
-/// The area integral of a field that the arrangement knows.
+/// The area integral of a field defined on the arrangement.
 fn with_field(
     k: &Known,
     integral: impl Fn(&Arrangement<'_>, &Scene, &[DVec2], &Film) -> GradientImage,
@@ -219,8 +218,7 @@ fn fields_that_know_all_silhouettes() {
     harmonic.accept(&mut power, "harmonic field", limits());
 }
 
-/// A smooth field that knows nothing of the scene, V(u) = a + A u: a translation, a turn and a stretch at
-/// once.
+/// A smooth field independent of the scene, V(u) = a + A u: translation, rotation and strain at once.
 struct Affine;
 
 impl WarpField<Plane> for Affine {
@@ -230,7 +228,7 @@ impl WarpField<Plane> for Affine {
     }
 }
 
-/// V = 0: all is left to the boundary.
+/// V = 0: the residual is the whole boundary term.
 struct Still;
 
 impl WarpField<Plane> for Still {
@@ -239,12 +237,12 @@ impl WarpField<Plane> for Still {
     }
 }
 
-/// The residual theorem: the area integral of *any* continuous field with the boundary integral of what it
-/// leaves is the derivative; without that it is not.
+/// The residual theorem: the area integral of *any* continuous field plus the boundary integral of its
+/// residual is the derivative; without the residual it is not.
 #[test]
 fn any_continuous_field_with_its_residual() {
     let mut power = Power::of("unbiased::any_continuous_field_with_its_residual");
-    // Edge sampling takes no scenes whose visible edges coincide.
+    // Edge sampling does not support scenes whose visible edges coincide.
     let some = known(&[Kind::Generic, Kind::TJunction, Kind::SharedVertex, Kind::Touching], pick(12, 16));
     let area = |k: &Known, seed| {
         with_field(k, |_, scene, v, film| {
@@ -263,7 +261,7 @@ fn any_continuous_field_with_its_residual() {
     });
     whole.accept(&mut power, "an affine field and its residual", limits());
     for k in &some {
-        // A field that is boundary consistent leaves nothing.
+        // A boundary-consistent field has no residual.
         let Case { scene, motion, film, .. } = &k.case;
         let velocities = &motion.velocities(scene).expect("the motion fits");
         let jumps = SceneJumps::new(scene, JumpMean { reach: film.pixel() });
@@ -283,7 +281,7 @@ fn any_continuous_field_with_its_residual() {
 fn controls_are_rejected() {
     reject("sign flipped", |k, seed| k.run(seed, &warped(Warp::default())).scaled(-1.0));
     reject("interior only", |k, seed| {
-        // The noise is that of the method under test.
+        // The method under test determines the noise.
         let noise = k.run(seed, &warped(Warp::default()));
         let interior = k.run_with(|scene, motion, film| {
             let velocities = motion.velocities(scene).expect("the motion fits");
@@ -311,7 +309,7 @@ fn controls_are_rejected() {
             integral.forward(scene, velocities, film, &DirectField { scene, velocities }).expect("samples")
         })
     });
-    // γ below 1/p + 1/2: no debiasing mends a field that is not boundary consistent.
+    // γ below 1/p + 1/2: debiasing does not make a field boundary consistent.
     let boundary = BoundaryFunction::KernelScaled { scale: 0.6 };
     let weighting = Weighting::BoundaryAware { gamma: 0.75, boundary };
     reject("γ below its bound", |k, seed| k.run(seed, &warped(Warp { weighting, ..Warp::default() })));

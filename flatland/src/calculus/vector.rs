@@ -1,4 +1,4 @@
-//! Vectors of numbers that may carry derivatives; those of glam support floats only.
+//! Vectors of numbers that may carry derivatives; glam's vectors support floats only.
 
 use std::ops::{Add, Mul, Neg, Sub};
 

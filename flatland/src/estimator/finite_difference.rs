@@ -49,7 +49,7 @@ impl Method for FiniteDifference {
         })
     }
 
-    /// One central difference per coordinate of every vertex: the cost grows with their number. The standard
+    /// One central difference per coordinate of every vertex, at the cost of two images each. The standard
     /// error is an upper bound: it assumes the channels of a pixel to be fully correlated.
     fn reverse(&self, scene: &Scene, film: &Film, adjoint: &Image) -> Result<VertexGradient, EstimatorError> {
         check_size(film, adjoint)?;

@@ -15,8 +15,8 @@
 //! methods draw sample s of pixel p from a stream of its own, so that results depend only on the seed, and
 //! forward and reverse mode use the same random numbers: they are a linear map and its transpose.
 //!
-//! These methods take scenes of polygons. Those for two-dimensional worlds with light scattering are in
-//! [`transport`], those for implicit shapes in [`sdf`]: all share one driver, one [`Estimate`] and one
+//! These methods take scenes of polygons. Methods for two-dimensional worlds with light scattering are in
+//! [`transport`], methods for implicit shapes in [`sdf`]: all share one driver, one [`Estimate`] and one
 //! [`EstimatorError`].
 
 mod area_integral;

@@ -21,7 +21,7 @@ use crate::warp::WarpError;
 /// ```
 ///
 /// On the sphere the rigid motion is a rotation; in the plane, a translation. The point is chosen
-/// heuristically: of several points drawn from the kernel, that of the topmost shape. **Biased** wherever no
+/// heuristically: the one on the topmost shape among several drawn from the kernel. **Biased** wherever no
 /// single rigid motion moves every edge in the kernel (Theory 11).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rotation {

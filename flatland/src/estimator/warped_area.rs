@@ -50,9 +50,9 @@ pub enum Construction {
     },
     /// A [softened](JumpMean#softened) mean over the discontinuities, and one sample of the edges per sample
     /// of the area for its residual: unbiased for every softness from 0, the exact mean, to ∞, edge sampling.
-    /// Its samples are bounded where those of the exact mean are not: at crossings of edges that move
-    /// differently, and in gaps. Like edge sampling it does not support scenes whose visible edges coincide.
-    /// Only the area form is used, whatever the value of [`form`](WarpedArea::form).
+    /// Its samples are bounded at crossings of edges that move differently, and in gaps, where samples of the
+    /// exact mean are not. Like edge sampling it does not support scenes whose visible edges coincide. Only
+    /// the area form is used, whatever the value of [`form`](WarpedArea::form).
     Softened {
         /// R in pixels.
         reach: f64,

@@ -84,8 +84,8 @@ fn moved(stencil: &Stencil<Plane, Option<MaterialPoint>>, velocities: &[DVec2]) 
 /// they are harmless.
 ///
 /// With a softness, the border of the visible shape is followed exactly, as it is one body, and edges of the
-/// shapes above it in part: at an edge of shape i the field equals v on the side on which i is visible, but
-/// not on the other side, where k < i is visible. See [`crate::warp::JumpMean`] for the residual.
+/// shapes above it in part: at an edge of shape i the field equals v on the side where i is visible, but not
+/// on the side where some k < i is visible. See [`crate::warp::JumpMean`] for the residual.
 #[derive(Clone, Debug)]
 pub struct SceneJumps {
     edges: EdgeTree,

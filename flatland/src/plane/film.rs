@@ -244,9 +244,9 @@ impl Film {
 
     /// Width of a pixel's border: several hundred times the rounding of positions on it.
     ///
-    /// A box filter is discontinuous there: the motion of an edge on a border to one side takes from one
-    /// pixel, and that to the other side from the other. Sampling methods give both pixels the mean of the
-    /// two one-sided derivatives, which is that of a border displaced randomly within this width.
+    /// A box filter is discontinuous there: an edge on a border that moves to one side changes one pixel, and
+    /// one that moves to the other side changes the other. Sampling methods give both pixels the mean of the
+    /// two one-sided derivatives, which is the derivative for a border displaced randomly within this width.
     pub(crate) fn border(&self) -> f64 {
         let size = self.pixel * DVec2::new(f64::from(self.width as u32), f64::from(self.height as u32));
         let numbers = self.corner.abs().max((self.corner + size).abs()).max_element();
@@ -305,7 +305,7 @@ impl Film {
         })
     }
 
-    /// Whether a coordinate is exactly that of a pixel edge of the film.
+    /// Whether a coordinate equals the coordinate of a pixel edge of the film exactly.
     pub(crate) fn is_pixel_edge(&self, axis: usize, coordinate: f64) -> bool {
         let index = ((coordinate - self.corner[axis]) / self.pixel).round();
         coordinate == self.corner[axis] + self.pixel * index

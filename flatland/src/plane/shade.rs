@@ -132,7 +132,7 @@ impl Shade {
         }
     }
 
-    /// ∇f(u), one row per channel. At a ramp's stop, that on the side of larger t.
+    /// ∇f(u), one row per channel. At a ramp's stop it is the gradient on the side of larger t.
     #[must_use]
     pub fn gradient(&self, u: DVec2) -> [DVec2; 3] {
         match &self.profile {

@@ -62,7 +62,7 @@ impl Triangulation {
     }
 
     /// Calls `cross(triangle, edge, neighbour)` once for every triangle reached from the outside, each before
-    /// the triangles behind it; `triangle` is [`OUTSIDE`] at the hull, where `edge` is that of the neighbour.
+    /// the triangles behind it. At the hull `triangle` is [`OUTSIDE`] and `edge` is an edge of the neighbour.
     pub(crate) fn flood(&self, mut cross: impl FnMut(u32, [u32; 2], u32)) {
         let mut seen = vec![false; self.triangles.len()];
         let mut todo = vec![];

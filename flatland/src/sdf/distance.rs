@@ -72,9 +72,9 @@ impl<V: Space> SecondOrder<V> {
 ///
 /// Near the surface |∇φ| ≥ √½ is assumed.
 ///
-/// Where φ is not differentiable (its medial axis, the corners of polygons, the cell edges of a bilinear
-/// grid) every implementation returns the derivatives of one of the smooth pieces that meet there, and a
-/// gradient of 0 at an isolated point (the centre of a circle, a vertex).
+/// φ need not be differentiable everywhere: exceptions are its medial axis, the corners of polygons, and the
+/// cell edges of a bilinear grid. There every implementation returns the derivatives of one of the adjacent
+/// smooth pieces, and a gradient of 0 at an isolated point (the centre of a circle, a vertex).
 pub trait Sdf<V: Space>: Sync {
     /// φ(x) and ∇φ(x).
     fn jet(&self, x: V) -> Jet<V>;
@@ -102,7 +102,7 @@ pub trait Sdf<V: Space>: Sync {
     /// M ≥ 0 with s·∇²φ s ≥ −M for all unit directions s, where rays are traced within the
     /// [bounds](Self::bounds), and where ∇φ is continuous or φ has only convex kinks. Then φ falls along a
     /// ray by at most −∇φ·ω t + M t²/2, so that steps may be longer than φ divided by the bound on |∇φ|
-    /// (Kalra and Barr 1989). 0 where φ is convex, as outside balls and boxes: rays then take the steps of
+    /// (Kalra and Barr 1989). 0 if φ is convex, as outside balls and boxes: rays then take the steps of
     /// Newton's method. ∞ if none is known.
     fn second_derivative_bound(&self) -> f64 {
         f64::INFINITY

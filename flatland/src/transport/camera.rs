@@ -8,9 +8,9 @@ use crate::plane::Filter;
 
 /// A pinhole at `position`, looking along the angle `angle`, and a film in front of it.
 ///
-/// With T = tan(field of view/2), the film coordinate u ∈ [0, n] of a film of n pixels belongs to the
-/// direction a + (2u/n − 1) T b, where a is the optical axis and b is a rotated from +x towards +y by a right
-/// angle. The image is I_p = ∫ h_p(u) L(position, ω(u)) du, with the filter normalised to ∫ h_p du = 1.
+/// Let T = tan(field of view/2), a the optical axis, and b the axis rotated from +x towards +y by a right
+/// angle. The film coordinate u ∈ [0, n] of a film of n pixels belongs to the direction a + (2u/n − 1) T b.
+/// The image is I_p = ∫ h_p(u) L(position, ω(u)) du, with the filter normalised to ∫ h_p du = 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     /// The pinhole.
@@ -128,8 +128,8 @@ impl Camera {
         (depth > 0.0).then(|| self.half_film() * (1.0 + d.dot(b) / (depth * self.half_width())))
     }
 
-    /// du/dθ of the point seen at u at the distance t along ω(u): the covector of the point's velocity, and
-    /// that of the camera's own change. A point at infinity has t = ∞.
+    /// du/dθ of the point seen at u at the distance t along ω(u): the covectors of the point's velocity and
+    /// of the camera's own change. A point at infinity has t = ∞.
     #[must_use]
     pub(crate) fn film_rate(&self, u: f64, distance: f64) -> (DVec2, CameraTangent) {
         let ([a, b], tan, half) = (self.axes(), self.half_width(), self.half_film());

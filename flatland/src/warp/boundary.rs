@@ -3,9 +3,9 @@
 /// B(s) of the distance s from an auxiliary hit to the end of the object hit: 0 at the end and 1 far from it.
 ///
 /// The quadratic one is the default: w = (D + B)^−γ is then a power of a quadratic form around a boundary,
-/// equal at all scales, and a strip of width s about it takes only s⁻² rays to resolve instead of s⁻³. Those
-/// scaled by the scene are used by existing renderers and provided for comparison: as they do not depend on
-/// κ, their bias at a fixed number of rays depends on the scale of the scene.
+/// equal at all scales. Resolving a strip of width s about it takes only s⁻² rays instead of s⁻³. Existing
+/// renderers use the functions scaled by the scene, provided for comparison: they do not depend on κ, so
+/// their bias at a fixed number of rays depends on the scale of the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BoundaryFunction {
     /// min(1, c s √κ): the distance in units of the kernel's width. Linear, p = 1.

@@ -132,8 +132,8 @@ impl Domain for Line {
     type Vector = f64;
     const CURVATURE: f64 = 0.0;
 
-    /// With x = κ|u − u'|²/2, the distance has the distribution function (1 − e⁻ˣ)^(a/2): at a = 1 close to
-    /// that of the normal kernel, which has no elementary inverse, with the same tails.
+    /// With x = κ|u − u'|²/2, the distance has the distribution function (1 − e⁻ˣ)^(a/2): at a = 1 it is
+    /// close to the normal distribution, which has no elementary inverse, with the same tails.
     fn draw(u: f64, kappa: f64, radial_exponent: f64, [a, b]: [f64; 2]) -> Draw<f64> {
         // At the smallest radial exponent the power of the smallest ξ underflows.
         let within = a.powf(2.0 / radial_exponent).max(f64::MIN_POSITIVE);

@@ -10,8 +10,8 @@
 //! ω_i = w̃_i / Σ w̃_j,   w̃ = w/p,   ℓ = ∇_u ln w,   ℓ̄ = Σ ω_i ℓ_i,
 //! ```
 //!
-//! (Bangaru, Li and Durand 2020, section 4.3) where c = 0 on the line and in the plane and c = n on the
-//! circle and the sphere, whose fields are projected to the tangent space at u. Both are linear in the V_i,
+//! (Bangaru, Li and Durand 2020, section 4.3) with c = 0 on the line and in the plane, and c = n on the
+//! circle and the sphere, where fields are projected to the tangent space at u. Both are linear in the V_i,
 //! so a [`Stencil`] stores their coefficients: it is a [`LinearField`], which forward mode applies and
 //! reverse mode transposes, and every [`Debias`] scheme is one more linear combination.
 //!

@@ -99,8 +99,8 @@ impl Edge {
         self.left.y + (x - self.left.x) * self.slope
     }
 
-    /// Whether the edge reaches from the left of x, x included, to the right of it. At the x of a vertex this
-    /// counts, of the two edges of a ring that meet there, both, neither, or the right one.
+    /// Whether the edge reaches from the left of x, x included, to the right of it. At the x of a vertex,
+    /// both, neither or only the right one of the two edges that meet there count.
     pub(super) fn spans(&self, x: DoubleDouble) -> bool {
         self.left.x <= x && x < self.right.x
     }

@@ -87,7 +87,7 @@ fn shades_of_the_image_stay_and_shades_of_the_material_go_along() {
         let p = pixel(&scene, &velocities, &film, 1, 1);
         assert_near(p.value, DVec3::splat(1.5), 1e-14, "value");
         assert_near(p.derivative, DVec3::splat(rate), 1e-14, "translated");
-        // Under scaling about the origin v = u, and the mean of −∇f·v is that of −x.
+        // Under scaling about the origin v = u, and −∇f·v has the mean of −x.
         let velocities = Motion::scale([0], DVec2::ZERO).velocities(&scene).unwrap();
         let p = pixel(&scene, &velocities, &film, 1, 1);
         assert_near(p.derivative, DVec3::splat(1.5 * rate), 1e-14, "scaled");
@@ -146,9 +146,8 @@ fn stencil(case: &Case, step: f64) -> Vec<DVec3> {
         .collect()
 }
 
-/// Every kind, with a tolerance for finite differences: beside a degenerate configuration the image is only
+/// Every kind, with a tolerance for finite differences: next to a degenerate configuration the image is only
 /// once differentiable, and the error is of the order of the step.
-/// is only once differentiable, and the error is that of the step.
 #[test]
 fn derivatives_are_those_of_the_values() {
     let smooth = |kind| {

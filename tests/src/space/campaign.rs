@@ -3,7 +3,7 @@
 //!
 //! Pixels share their samples, through the filter and because cells share random numbers, so that the
 //! standard error of a weighted sum of pixels does not follow from their own errors. A gradient is estimated
-//! many times, with independent seeds, and the error of the mean is that of the repetitions, to be compared
+//! many times, with independent seeds; the error of the mean follows from the repetitions, and is compared
 //! with Student's distribution.
 
 use glam::DVec3;
@@ -189,15 +189,15 @@ impl Known {
         self.weights.iter().zip(pixels).map(|(w, p)| w.dot(*p)).sum()
     }
 
-    /// A scene whose derivative is known by an argument, or is to be compared with that of another method.
+    /// A scene whose derivative is known by an argument, or is compared with that of another method.
     pub fn given(scene: Scene, change: Tangent, exact: f64, label: &str) -> Self {
         let (width, height) = scene.size();
         let weights = weights(width * height);
         Self { scene, change, weights, exact, error: 0.0, scale: 0.0, label: label.to_owned() }
     }
 
-    /// Weights pixels by their gradient, so that parts of opposite sign do not cancel. The gradient is that
-    /// of central differences: the method under test would give no weight to pixels where it misses a
+    /// Weights pixels by their gradient, so that parts of opposite sign do not cancel. The gradient comes
+    /// from central differences: the method under test would give no weight to pixels where it misses a
     /// contribution.
     pub fn focused(self, samples: usize, step: f64) -> Self {
         let other = FiniteDifference { samples, step, seed: 7777 };

@@ -7,8 +7,8 @@ use glam::DVec3;
 use super::coverage::Mesh;
 
 /// e Σ aʲ for j = 0 … `bounces`: the radiance after at most `bounces` scattering events, everywhere in a
-/// closed room whose walls all emit e and reflect the share a of what arrives, whatever the shape of the room
-/// and whatever moves in it, if that has the same walls.
+/// closed room whose walls all emit e and reflect the fraction a, whatever the shape of the room and whatever
+/// objects of the same material move in it.
 pub fn furnace_up_to(albedo: f64, emission: f64, bounces: i32) -> f64 {
     (0..=bounces).map(|j| emission * albedo.powi(j)).sum()
 }
@@ -58,7 +58,7 @@ pub const BOX_FACES: [[usize; 4]; 6] =
     [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
 
 /// The room of [`furnace_up_to`]: a box of 12 triangles whose normals point inwards, all of the radiance
-/// `emission`, before a black background.
+/// `emission`, in front of a black background.
 pub fn furnace_room(min: DVec3, max: DVec3, emission: f64) -> Mesh {
     // Seen from inside the order is reversed.
     let triangles: Vec<_> = BOX_FACES.iter().flat_map(|&[a, b, c, d]| [[a, c, b], [a, d, c]]).collect();

@@ -35,8 +35,8 @@ pub fn coverage(movings: &[CrossingMoving], per_pair: u64) -> Vec<Known> {
     knobs.collect::<Vec<_>>().par_iter().map(|knobs| Known::of_coverage(&knobs.build(), None)).collect()
 }
 
-/// Sums over the film that are exactly 0: a black bar slides before a wall of one radiance, close to where
-/// another wall, also at rest, comes out of it.
+/// Sums over the film that are exactly 0: a black bar slides in front of a wall of one radiance, close to the
+/// crossing of that wall with another static one.
 pub fn zeros(count: u64) -> Vec<Known> {
     let zero = |seed: u64| {
         let case = bar(seed);

@@ -36,7 +36,7 @@ pub struct Stage {
 }
 
 impl Stage {
-    /// An empty scene before a camera that moves.
+    /// An empty scene in front of a moving camera.
     pub fn new(camera: &coverage::Camera, motion: &CameraMotion, filter: plane::Filter) -> Self {
         let filter = match filter {
             plane::Filter::Box => Filter::Box,

@@ -42,7 +42,7 @@ pub struct Known {
     /// Σ weight · dI/dθ.
     pub exact: f64,
     /// The estimated error of [`exact`](Self::exact): rounding for up to one scattering event, and for more
-    /// that of the oracle's quadrature. Standard errors must be well above it.
+    /// the error of the oracle's quadrature. Standard errors must be well above it.
     pub error: f64,
 }
 
@@ -84,8 +84,8 @@ impl Known {
         found
     }
 
-    /// The weighted estimate of a method; the reference's own error must be negligible beside its standard
-    /// error.
+    /// The weighted estimate of a method; the reference's own error must be negligible relative to its
+    /// standard error.
     pub fn total(&self, seed: u64, method: &impl Sampler) -> Estimate {
         let found = self.run(seed, method);
         let estimate = self.estimate(&found.total(), &found.standard_error.total);

@@ -58,8 +58,8 @@ fn geometric(x: f64, n: usize) -> [f64; 2] {
 }
 
 /// Inside a closed diffuse room of reflectance ρ that emits L everywhere, with objects of the same material
-/// in it, the radiance is L Σ ρᵏ in every direction; motion does not change it, and its derivative with
-/// respect to ρ and L is that of the formula.
+/// in it, the radiance is L Σ ρᵏ in every direction; motion does not change it, and its derivatives with
+/// respect to ρ and L follow from the formula.
 fn furnaces(filter: Filter, bounces: usize) -> Vec<Constant> {
     let (emission, reflectance) = (1.7, 0.6);
     let material = Material::diffuse(reflectance).with_emission(emission);

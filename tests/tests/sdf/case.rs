@@ -1,4 +1,4 @@
-//! A scene that moves, and how what is found is judged.
+//! A moving scene, and comparisons of estimates with its exact derivative.
 
 use std::f64::consts::FRAC_PI_4;
 
@@ -15,7 +15,7 @@ use tests::comparison::{Comparison, Estimate as Slope};
 use tests::power::Power;
 use tests::statistics::suite_threshold;
 
-/// Differences of up to this count as none.
+/// Differences up to this count as none.
 const ROUNDING: f64 = 1e-9;
 
 /// A scene, a motion and the exact derivative of its image.
@@ -32,7 +32,7 @@ impl Case {
         let mut direction: Vec<f64> =
             (0..shape.parameter_count()).map(|i| 0.5 + (1.3 * i as f64).sin()).collect();
         if matches!(shape, Shape::Union(_)) {
-            // The blending width changes nothing that is seen.
+            // The blending width has no visible effect.
             *direction.last_mut().expect("a width") = 0.0;
         }
         let scene = Scene::new(shape, DVec2::ZERO, tracer, shading, 0.3).expect("a scene");
@@ -69,8 +69,8 @@ impl Case {
     /// The largest |z| of a pixel.
     fn worst(&self, label: &str, found: &Estimate<Vec<f64>>) -> f64 {
         assert!(found.non_finite.is_empty(), "{label}");
-        // Those within 5·10⁻⁸ r/t radians of a silhouette, of four at most in 1.6 radians: one in 10⁷ is
-        // expected, and biases the estimate by less than its own share.
+        // Rays within 5·10⁻⁸ r/t radians of a silhouette run out of steps, of at most four silhouettes in 1.6
+        // radians: one ray in 10⁷ is expected, which biases the estimate by less than that fraction.
         assert!(found.out_of_steps <= 1 + found.rays / 1_000_000, "{label}: {} rays", found.out_of_steps);
         let pixels = found.mean.iter().zip(&self.exact).zip(&found.standard_error);
         let z = pixels.map(|((mean, exact), error)| {
@@ -80,7 +80,7 @@ impl Case {
         z.fold(0.0, |worst, z| if z.is_nan() { f64::INFINITY } else { worst.max(z) })
     }
 
-    /// The regression of what is found on the exact derivative.
+    /// Regression of an estimate on the exact derivative.
     pub(crate) fn slope(&self, label: &str, found: &Estimate<Vec<f64>>) -> Slope {
         let norm: f64 = self.exact.iter().map(|e| e * e).sum();
         let product: f64 = self.exact.iter().zip(&found.mean).map(|(e, m)| e * m).sum();
@@ -92,7 +92,7 @@ impl Case {
         slope
     }
 
-    /// No pixel beyond the suite's threshold, nor the regression over all of them.
+    /// Asserts that no pixel, nor the regression over all pixels, exceeds the suite's threshold.
     pub(crate) fn assert_right(&self, power: &mut Power, label: &str, found: &Estimate<Vec<f64>>) {
         let slope = self.slope(label, found);
         let worst = self.worst(label, found);
@@ -107,7 +107,7 @@ impl Case {
     }
 }
 
-/// Asserts that a regression is 1 but for its noise and some slack.
+/// Asserts that a regression is 1 up to its noise and some slack.
 pub(crate) fn assert_slope_1(power: &mut Power, label: &str, found: Slope, slack: f64) {
     let reference = Slope::exact(1.0);
     Comparison { found, reference, limit: suite_threshold(), slack }.accept(power, label, 1.0);

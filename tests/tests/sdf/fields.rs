@@ -1,4 +1,4 @@
-//! What holds of fields and methods without statistics: rates, transposes, extremes and refusals.
+//! Deterministic properties of fields and methods: rates, transposes, extremes and refusals.
 
 use std::f64::consts::PI;
 
@@ -18,8 +18,8 @@ use tests::statistics::regression_slope;
 use super::case::Case;
 use super::{SHADING, auxiliary, disc, pair, triangle};
 
-/// Of the field V the area integral sees only its limits on both sides of a silhouette: for a field
-/// that is exact in ω, |V − v| there is the whole bias.
+/// The area integral depends on the field V only through its limits on both sides of a silhouette: for a
+/// field that is exact in ω, |V − v| there is the whole bias.
 fn error_at(case: &Case, field: &impl TracedField<Directions>, tracer: Tracer, offset: f64) -> f64 {
     let silhouette = case.silhouettes()[1];
     let view = flatland::sdf::View { tracer, ..case.scene.view() };
@@ -33,9 +33,9 @@ fn error_at(case: &Case, field: &impl TracedField<Directions>, tracer: Tracer, o
 fn the_mean_of_tracer_points_converges_at_its_rate() {
     let case = Case::new(disc(3.0, 0.2, 1.0), SHADING, Filter::Tent);
     let tracer = Tracer { far: 10.0, tolerance: 1e-13, max_steps: 100_000, ..Tracer::default() };
-    // (γ, rate outside, rate inside): min(1, γ − 1), and half of it. The tolerance is for the next order,
-    // which over two decades of offsets changes the fitted rate: by 0.10 at γ = 2.5 outside, where it is
-    // only δ^½ smaller, and by 0.02 at most otherwise.
+    // (γ, rate outside, rate inside): min(1, γ − 1), and half of it. The tolerance allows for the next order,
+    // which changes the fitted rate over two decades of offsets: by 0.10 at γ = 2.5 outside, where it is only
+    // δ^½ smaller, and by at most 0.02 otherwise.
     for (gamma, outside, inside) in [(3.0, 1.0, 0.5), (2.5, 1.0, 0.5), (1.5, 0.5, 0.25)] {
         let field = BangaruField { gamma, ..BangaruField::default() };
         for (side, expected) in [(1.0, outside), (-1.0, inside)] {
@@ -50,8 +50,8 @@ fn the_mean_of_tracer_points_converges_at_its_rate() {
     }
 }
 
-/// Rays that run out of steps before the silhouette are the bias that is left: they stop at a distance
-/// ~ 1/steps before it, where G is as far off.
+/// The remaining bias is due to rays that run out of steps before the silhouette: they stop at a distance ~
+/// 1/steps from it, where the error of G is proportional to that distance.
 #[test]
 fn twice_as_many_tracer_points_halve_the_bias() {
     let case = Case::new(disc(3.0, 0.2, 1.0), SHADING, Filter::Tent);
@@ -66,7 +66,7 @@ fn twice_as_many_tracer_points_halve_the_bias() {
             assert!((1.6..2.5).contains(&factor), "{errors:?}");
         }
     }
-    // Vicini's ε leaves a bias of its own, which falls with it.
+    // Vicini's ε adds a bias of its own, which decreases with ε.
     let tracer = Tracer { far: 10.0, tolerance: 1e-14, max_steps: 200_000, ..Tracer::default() };
     let errors = [1e-2, 1e-3, 1e-4]
         .map(|epsilon| error_at(&case, &ViciniField { epsilon, ..ViciniField::default() }, tracer, 1e-9));
@@ -137,7 +137,7 @@ fn forward_and_reverse_are_transposed() {
 
 #[test]
 fn nothing_overflows_near_the_surface_or_along_it() {
-    // The eye 10⁻⁹ before the surface: half of all directions hit at once, the others pass along it.
+    // The eye is 10⁻⁹ from the surface: half of all directions hit at once, the others pass along it.
     let tracer = Tracer { far: 10.0, ..Tracer::default() };
     let scene = Scene::new(disc(1.0 + 1e-9, 0.0, 1.0), DVec2::ZERO, tracer, SHADING, 0.3).expect("a scene");
     let film = AngularFilm::new(-3.0, 3.0, 9, Filter::Tent).expect("a film");
@@ -164,7 +164,7 @@ fn nothing_overflows_near_the_surface_or_along_it() {
     }
 }
 
-/// A mistake in the parameters is told, in forward mode too.
+/// Invalid parameters are reported, in forward mode too.
 #[test]
 fn forward_mode_refuses_what_reverse_mode_does() {
     let case = Case::new(disc(3.0, 0.2, 1.0), SHADING, Filter::Tent);
@@ -200,7 +200,7 @@ fn only_rays_at_silhouettes_run_out_of_steps() {
     let end = |relative: f64| view.trace(DVec2::from_angle(silhouette.angle + relative * reach)).end;
     println!("rays run out of steps within {reach:e} radians outside");
     assert_eq!([end(0.9), end(1.1), end(-2.0)], [End::OutOfSteps, End::Miss, End::Hit]);
-    // And the estimators say so, also of rays at the ends of pixels.
+    // The estimators report them, also for rays at the ends of pixels.
     let tracer = Tracer { max_steps: 1, ..view.tracer };
     let scene = Scene::new(case.scene.shape().clone(), DVec2::ZERO, tracer, SHADING, 0.3).expect("a scene");
     let film = AngularFilm::new(-0.2, 0.2, 3, Filter::Box).expect("a film");

@@ -27,7 +27,8 @@ fn disc(x: f64, y: f64, r: f64) -> Shape {
     Shape::Circle(Circle::new(DVec2::new(x, y), r).expect("a disc"))
 }
 
-/// Two discs, the nearer hiding a part of the other, blended over `width` in the free space between.
+/// Two discs, the nearer of which occludes a part of the other, blended over `width` in the free space
+/// between them.
 fn pair(width: f64) -> Shape {
     let union = SmoothUnion::new(disc(2.5, -0.5, 0.4), disc(4.0, 0.6, 0.7), width);
     Shape::Union(Box::new(union.expect("a union")))
@@ -53,7 +54,7 @@ fn consistent_fields_give_the_derivative_of_smooth_shapes() {
     for filter in filters {
         for (name, shape) in [("disc", disc(3.0, 0.2, 1.0)), ("pair", pair(0.5))] {
             if !thorough() && (name, filter) == ("pair", Filter::Box) {
-                // A filter and a shape by themselves have to do.
+                // One filter and one shape suffice.
                 continue;
             }
             let case = Case::new(shape, SHADING, filter);
@@ -66,7 +67,7 @@ fn consistent_fields_give_the_derivative_of_smooth_shapes() {
             case.assert_right(&mut power, &label("Bangaru"), &case.traced(16_000, &BangaruField::default()));
             case.assert_right(&mut power, &label("Vicini"), &case.traced(16_000, &ViciniField::default()));
             if !thorough() && (name, filter) != ("disc", Filter::Box) {
-                // Heavier tails than fields that are known have: one case stands for all.
+                // Its tails are heavier than those of fields with known silhouettes: one case stands for all.
                 continue;
             }
             let unbiased = AuxiliaryField { warp: Warp::default(), ..auxiliary(1, Default::default()) };
@@ -79,7 +80,7 @@ fn consistent_fields_give_the_derivative_of_smooth_shapes() {
     }
 }
 
-/// What must be rejected: fields that break a rule, and methods without a boundary term.
+/// Inconsistent fields, and methods without a boundary term, must be rejected.
 #[test]
 fn inconsistent_fields_are_rejected() {
     let mut power = Power::of("sdf::inconsistent_fields_are_rejected");
@@ -88,26 +89,26 @@ fn inconsistent_fields_are_rejected() {
     let idr = ImplicitHit { samples: 4000, seed: 1 };
     let found = idr.forward(&case.scene, &case.direction, &case.film).expect("valid");
     case.assert_wrong("implicit differentiation", &found);
-    // The medial axis between the discs: ∇φ jumps, and with it the weights.
+    // The medial axis between the discs: ∇φ is discontinuous, and so are the weights.
     let kinked = Case::new(pair(0.0), SHADING, Filter::Tent);
     kinked.assert_wrong("pair without blending, Bangaru", &kinked.traced(6000, &BangaruField::default()));
-    // The multiplier confines Vicini's field to where the medial axis is not.
+    // The multiplier confines Vicini's field to a neighbourhood without the medial axis.
     let found = kinked.traced(16_000, &ViciniField::default());
     kinked.assert_right(&mut power, "pair without blending, Vicini", &found);
-    // Corners: no field made of G can be consistent.
+    // Corners: no field built from G is consistent there.
     let flat = Shading { normal: DVec2::ZERO, ..SHADING };
     let corners = Case::new(triangle(), flat, Filter::Tent);
     corners.assert_wrong("triangle, Bangaru", &corners.traced(4000, &BangaruField::default()));
     corners.assert_wrong("triangle, Vicini", &corners.traced(4000, &ViciniField::default()));
     let distance = SilhouetteDistance::default();
     corners.assert_wrong("triangle, auxiliary", &corners.traced(1000, &auxiliary(16, distance)));
-    // A field that knows all silhouettes follows corners as well.
+    // A field that uses all silhouettes follows corners too.
     let exact = Exact::new(&corners.scene).expect("closed");
     let harmonic = HarmonicField::new(&exact, &corners.direction).expect("fits");
     corners.assert_right(&mut power, "triangle, harmonic", &corners.area(16_000, &harmonic));
 }
 
-/// The tracer's field without the term −n ω·U of the projection, seen from close by.
+/// The tracer's field without the projection's term −n ω·U, seen from nearby.
 struct Unprojected<'a, F>(&'a Shape, MovingField<'a, Directions, F>);
 
 impl<F: TracedField<Directions>> MotionField<Directions> for Unprojected<'_, F> {
@@ -134,7 +135,7 @@ fn the_curvature_term_is_needed() {
     case.assert_wrong("close disc, without the curvature term", &case.area(20_000, &unprojected));
 }
 
-/// With as many auxiliary rays as released renderers use, each B has its own bias.
+/// With the number of auxiliary rays of released renderers, each B has its own bias.
 #[test]
 fn auxiliary_rays_on_a_disc() {
     let mut power = Power::of("sdf::auxiliary_rays_on_a_disc");
@@ -143,13 +144,13 @@ fn auxiliary_rays_on_a_disc() {
         let label = format!("disc, {rays} auxiliary rays, {distance:?}");
         case.slope(&label, &case.traced(10_000, &auxiliary(rays, distance)))
     };
-    // The bias of the quotient: a fourth with 4 rays, not visible with 64.
+    // The bias of the quotient: a quarter with 4 rays, not noticeable with 64.
     let few = slope(4, SilhouetteDistance::Curvature);
     assert!((0.6..0.9).contains(&few.mean) && 1.0 - few.mean > 4.0 * few.standard_error, "{few:?}");
     assert_slope_1(&mut power, "64 auxiliary rays", slope(64, SilhouetteDistance::Curvature), 0.0);
-    // (n·ω)² = 2kts, here 6s, takes the silhouette for farther away than it is. |n·ω| = (6s)^½ does so all
-    // the more: it is small only where s is very small, and the field is nearly a Gaussian mean, which
-    // has half of the velocity.
+    // (n·ω)² = 2kts, here 6s, overestimates the distance of the silhouette. |n·ω| = (6s)^½ does so even more:
+    // it is small only for very small s, and the field is nearly a Gaussian mean, which has half of the
+    // velocity.
     let squared = slope(16, SilhouetteDistance::GrazingSquared);
     assert!((0.65..0.9).contains(&squared.mean), "{squared:?}");
     assert!(1.0 - squared.mean > 4.0 * squared.standard_error, "{squared:?}");
@@ -172,7 +173,7 @@ fn the_band_is_biased_by_its_width() {
     assert!((1.0 - half.mean).abs() < 0.75 * (1.0 - wide.mean).abs(), "{half:?} {wide:?}");
     assert_slope_1(&mut power, "pair, narrow band", narrow, 0.02);
     if thorough() {
-        // Corners are as good as any silhouette to it.
+        // It supports corners like any silhouette.
         let flat = Shading { normal: DVec2::ZERO, ..SHADING };
         let corners = Case::new(triangle(), flat, Filter::Tent);
         let found = slope(&corners, "triangle", 0.005, 300_000);
@@ -180,9 +181,9 @@ fn the_band_is_biased_by_its_width() {
     }
 }
 
-/// A disc of radius r, its centre about 2r from the eye. With every length scaled, the motion's and those
-/// of the tracer and of the fields included, and the shading's slope by the inverse, the derivative is
-/// the same for any r, and found as well.
+/// A disc of radius r, with its centre about 2r from the eye. If every length is scaled, including lengths of
+/// motion, tracer and fields, and the shading's slope inversely, the derivative is the same for any r, and so
+/// is its estimate.
 #[test]
 fn tiny_and_huge_discs_are_alike() {
     let mut power = Power::of("sdf::tiny_and_huge_discs_are_alike");

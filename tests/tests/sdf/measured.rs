@@ -13,7 +13,7 @@ use tests::power::Power;
 use super::case::Case;
 use super::{SHADING, disc};
 
-/// The angles between which a shape is seen that is one piece around `inside`, to rounding.
+/// The angles that bound a shape in one piece around the angle `inside`, to rounding.
 fn ends(scene: &Scene, inside: f64) -> [f64; 2] {
     [-1.0, 1.0].map(|side| {
         let (mut hit, mut miss) = (inside, inside + side);
@@ -26,8 +26,8 @@ fn ends(scene: &Scene, inside: f64) -> [f64; 2] {
     })
 }
 
-/// The image of such a shape, by sums over each smooth piece of `count` rays, which α = a + (b − a)(1 − cos
-/// πs)/2 makes dense where the square roots at its ends are.
+/// The image of such a shape, by sums of `count` rays over each smooth piece, which α = a + (b − a)(1 − cos
+/// πs)/2 concentrates at the square roots at its ends.
 fn dense_image(scene: &Scene, film: &AngularFilm, inside: f64, count: usize) -> Vec<f64> {
     let silhouettes = ends(scene, inside);
     let of_pixel = |pixel: usize| {
@@ -68,7 +68,7 @@ fn measured(shape: Shape, shading: Shading, direction: Vec<f64>, inside: f64) ->
     Case { scene: at(0.0), film, direction, exact }
 }
 
-/// The yardstick itself, on a disc, which has a closed form.
+/// The reference itself, on a disc, which has a closed form.
 #[test]
 fn central_differences_of_dense_images_are_exact_enough() {
     let direction = vec![0.5, 1.4, 1.0];
@@ -79,14 +79,15 @@ fn central_differences_of_dense_images_are_exact_enough() {
     assert!(worst < 1e-4, "{worst}");
 }
 
-/// Distances on a grid: a spline is smooth enough for both fields, and bilinear interpolation, across
-/// whose cells ∇φ jumps, is not.
+/// Distances on a grid: a spline is smooth enough for both fields; bilinear interpolation, with ∇φ
+/// discontinuous between cells, is not.
 #[test]
 fn grids_must_be_smooth() {
     let mut power = Power::of("sdf::grids_must_be_smooth");
     let corners = (DVec2::new(-0.5, -3.0), DVec2::new(5.5, 3.0));
     let value = |p: DVec2| (p - DVec2::new(3.0, 0.2)).length() - 1.0;
-    // Without the normal, which jumps where ∇φ does: what fails is the field, not the shading.
+    // Without the normal, which is discontinuous where ∇φ is: the failure is due to the field, not the
+    // shading.
     let flat = Shading { normal: DVec2::ZERO, ..SHADING };
     let case = |interpolation, shading| {
         let grid = Shape::Grid(Grid::sampled(interpolation, corners, 30, value).expect("a grid"));
@@ -107,7 +108,7 @@ fn grids_must_be_smooth() {
     kinked.assert_wrong("bilinear grid, Bangaru", &kinked.traced(6000, &BangaruField::default()));
 }
 
-/// The cure for corners.
+/// Rounded corners are the remedy for corners.
 #[test]
 fn rounded_corners_are_smooth_silhouettes() {
     let mut power = Power::of("sdf::rounded_corners_are_smooth_silhouettes");

@@ -1,9 +1,9 @@
-//! Light after a bounce: a lamp that only a ceiling sees lights a floor.
+//! Light after a bounce: a lamp seen only by a ceiling lights a floor.
 //!
 //! With E the irradiance of the ceiling, the radiance of the floor at x is ρ/π ∫ ρ/π E(y) cos θ cos θ′/|x −
-//! y|² dy over what x sees of the ceiling. Where the lamp or what hides it from the ceiling moves, dE/dθ is
-//! exact, and its integral smooth. Where something hides the ceiling from x, that is the integral over a
-//! polygon whose corners move.
+//! y|² dy over the part of the ceiling visible from x. If the lamp moves, or its occluder, dE/dθ is exact and
+//! its integral smooth. If something occludes the ceiling from x, the integral is over a polygon whose
+//! corners move.
 
 use std::f64::consts::PI;
 
@@ -19,15 +19,15 @@ use super::{Case, after_a_bounce, edges, softened};
 
 const ALBEDO: f64 = 0.7;
 const BRIGHT: f64 = 20.0;
-/// The ceiling is a square at this height, with this half side, or less.
+/// Height of the ceiling, a square of at most this half side.
 const HEIGHT: f64 = 2.0;
 const HALF: f64 = 2.6;
 
-/// A lamp, and what hides it from the ceiling.
+/// A lamp, and its occluder from the ceiling.
 struct Room {
     lamp: Mesh,
     screen: Option<Mesh>,
-    /// Half a side of the ceiling.
+    /// Half the side of the ceiling.
     half: f64,
 }
 
@@ -36,7 +36,7 @@ fn placed(mesh: Mesh, normal: DVec3, place: DVec3, half: f64) -> Mesh {
     mesh.transformed(&DAffine3::from_scale_rotation_translation(DVec3::splat(half), turn, place))
 }
 
-/// Beside the ceiling, which it faces; from the floor its back is seen.
+/// The lamp's place: next to the ceiling and facing it; its back faces the floor.
 const PLACE: DVec3 = DVec3::new(2.3, 0.0, 1.0);
 const FACING: DVec3 = DVec3::new(-0.25, 0.0, 0.97);
 
@@ -54,11 +54,11 @@ fn triangles(mesh: &Mesh, radiance: f64, velocity: DVec3) -> Vec<Surface> {
 }
 
 const CAMERA: DVec3 = DVec3::new(-0.05, -0.1, 0.7);
-/// Its field of view.
+/// Field of view of the camera.
 const WIDE: f64 = 1.6;
 
 impl Room {
-    /// With a black plate before the ceiling, or without.
+    /// With or without a black plate in front of the ceiling.
     fn scene(&self, plate: Option<&Mesh>) -> Scene {
         let camera = Camera::look_at(CAMERA, DVec3::ZERO, DVec3::Y, WIDE);
         let mut d = Description::new(camera, film(1, Filter::Box));
@@ -82,7 +82,7 @@ impl Room {
         World { surfaces, environment: DVec3::ZERO }
     }
 
-    /// How the radiance of the floor changes at a place.
+    /// Derivative of the floor's radiance at a point.
     fn rate(&self, x: DVec3, velocities: [DVec3; 2]) -> f64 {
         let world = self.world(velocities);
         let cells = 32;
@@ -97,13 +97,13 @@ impl Room {
     }
 }
 
-/// (ρ/π)² cos θ cos θ′/|x − y|², of two horizontal surfaces.
+/// (ρ/π)² cos θ cos θ′/|x − y|² between two horizontal surfaces.
 fn kernel(x: DVec3, y: DVec3) -> f64 {
     let way = y - x;
     (ALBEDO / PI).powi(2) * way.z * way.z / way.length_squared().powi(2)
 }
 
-/// The mean of a function of places of the floor over the pixel.
+/// The mean of a function of floor points over the pixel.
 fn over_pixel(f: impl Fn(DVec3) -> f64) -> f64 {
     let camera = Camera::look_at(CAMERA, DVec3::ZERO, DVec3::Y, WIDE);
     let half = (0.5 * WIDE).tan();
@@ -124,7 +124,7 @@ fn case(room: &Room, velocities: [DVec3; 2]) -> Case {
     if room.screen.is_some() {
         change.translate(&scene, 3, velocities[1]);
     }
-    // Three channels; the midpoint rule is known to a thousandth.
+    // Three channels; the midpoint rule has an error of a thousandth.
     let exact = 3.0 * over_pixel(|x| room.rate(x, velocities));
     Case { scene, change, exact, error: 2e-3 * exact.abs() }
 }
@@ -142,14 +142,14 @@ fn outlines_of_a_flat_lamp_after_a_bounce() {
 /// A solid lamp has no border: its outlines are silhouettes.
 #[test]
 fn outlines_of_a_solid_lamp_after_a_bounce() {
-    // Beneath the floor's plane, from where it lights the ceiling past the floor.
+    // The lamp is below the floor's plane and lights the ceiling past the floor.
     let lamp = placed(Mesh::cube(), DVec3::Z, DVec3::new(2.4, 0.3, -0.5), 0.45);
     let case = case(&Room { lamp, screen: None, half: HALF }, [SHIFT, DVec3::ZERO]);
     let mut power = after_a_bounce("space_curves::outlines_of_a_solid_lamp_after_a_bounce");
     case.accept(&mut power, "softened", &softened(1, 0.4, [1, 20480, 0]));
 }
 
-/// The screen does not hide the ceiling from the floor.
+/// The screen does not occlude the ceiling from the floor.
 #[test]
 fn shadows_after_a_bounce() {
     let screen = placed(Mesh::rectangle(), FACING, PLACE + 0.5 * DVec3::new(-0.5, 0.1, 0.85), 0.25);
@@ -161,7 +161,7 @@ fn shadows_after_a_bounce() {
     case.accept(&mut power, "edge sampling", &edges(1, [1, 8192, 1]));
 }
 
-/// The ceiling as it is seen past a plate that moves between it and the floor.
+/// The ceiling seen past a plate that moves between it and the floor.
 #[test]
 fn what_hides_a_ceiling() {
     let room = Room { lamp: flat_lamp(), screen: None, half: HALF };
@@ -170,7 +170,7 @@ fn what_hides_a_ceiling() {
     let mut change = Tangent::still(&scene);
     change.translate(&scene, 3, velocity);
     let world = room.world([DVec3::ZERO; 2]);
-    // The plate hides the square behind it.
+    // The plate occludes the square behind it.
     let hidden = |x: DVec3, theta: f64| {
         let place = centre + theta * velocity;
         let scale = (HEIGHT - x.z) / (place.z - x.z);

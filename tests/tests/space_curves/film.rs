@@ -1,4 +1,4 @@
-//! Silhouettes on the film: a square that shines before a brighter sky grows.
+//! Silhouettes on the film: an emitting square grows in front of a brighter sky.
 
 use glam::{DAffine3, DVec3};
 use tests::space::scenes::film;
@@ -29,7 +29,7 @@ fn a_square_before_a_bright_sky() {
         let exact = (shines - sky).element_sum() * 2.0 * side * side;
         let case = Case { scene, change, exact, error: 1e-9 };
         case.accept(&mut power, &format!("edge sampling, {filter:?}"), &edges(1, [32, 1, 1]));
-        // Softened little, most of what is left is the field's own motion.
+        // With little softening, most of the residual is the field's own motion.
         for softness in [0.05, 0.4, f64::INFINITY] {
             let method = softened(16, softness, [32, 1, 0]);
             case.accept(&mut power, &format!("softened, ε = {softness}, {filter:?}"), &method);

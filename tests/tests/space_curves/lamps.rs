@@ -1,4 +1,4 @@
-//! Direct light of lamps: shadows and outlines, against Lambert's formula over clipped polygons.
+//! Direct light of lamps: shadows and outlines, compared with Lambert's formula over clipped polygons.
 
 use flatland::plane::Filter;
 use glam::DVec3;
@@ -16,7 +16,7 @@ use volume3d::scene::Scene;
 
 use super::{Case, RUNS, edges, exact_mean, power, softened};
 
-/// A square about a place, of half a side, that faces down or up.
+/// A square with a given centre and half side, facing down or up.
 pub(super) fn square(centre: [f64; 3], half: f64, faces_down: bool) -> Vec<DVec3> {
     let mut corners: Vec<DVec3> = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
         .map(|[x, y]| DVec3::from(centre) + half * DVec3::new(x, y, 0.0))
@@ -42,7 +42,7 @@ fn occluder() -> Surface {
     Surface::occluder(square([-0.1, 0.2, 1.0], 0.4, true))
 }
 
-/// A floor that fills a film of 2 × 2 pixels, from which neither lamps nor what hides them is seen.
+/// A floor that fills a film of 2 × 2 pixels, on which neither lamps nor occluders are visible.
 fn floor(surfaces: Vec<Surface>, environment: DVec3) -> DirectScene {
     let origin = DVec3::new(0.6, -0.5, 0.9);
     let forward = (DVec3::new(0.1, 0.1, 0.0) - origin).normalize();
@@ -72,8 +72,8 @@ fn case(direct: &DirectScene) -> Case {
 
 const SHIFT: DVec3 = DVec3::new(0.5, 0.2, -0.1);
 
-/// A narrow lamp, half hidden along its whole length. The field moves with the shadow's edge from one side
-/// of the lamp to the other, and nearly all of the derivative is the flux through the other side.
+/// A narrow lamp, half hidden along its whole length. The field moves with the shadow's edge from one side of
+/// the lamp to the other, and the flux through the other side is nearly the whole derivative.
 fn strip_half_hidden() -> Case {
     let rectangle = |x: [f64; 2], y: [f64; 2], z: f64| {
         [[x[0], y[1]], [x[1], y[1]], [x[1], y[0]], [x[0], y[0]]].map(|[x, y]| DVec3::new(x, y, z)).to_vec()
@@ -97,7 +97,7 @@ fn shadows_of_one_lamp() {
     case.reject("nothing is warped", &volume3d::gradient::WarpedArea { warps: false, ..exact_mean(8) });
 }
 
-/// More than 32 triangles of lamps, so that directions are drawn by next-event estimation. All but one lamp
+/// More than 32 triangles of lamps, so that directions are sampled by next-event estimation. All but one lamp
 /// are faint, and below the floor.
 #[test]
 fn shadows_of_many_lamps() {
@@ -105,7 +105,7 @@ fn shadows_of_many_lamps() {
     let faint = places.map(|place| Surface::emitter(square(place, 0.06, true), 1e-6 * BRIGHT));
     let surfaces = faint.chain([lamp(), moving(occluder(), SHIFT)]).collect();
     let scenes::Moving { scene, change } = scenes::direct(&floor(surfaces, DVec3::ZERO));
-    // Nothing of the faint ones is seen.
+    // None of the faint ones is visible.
     let case = Case { scene, change, ..case(&floor(vec![lamp(), moving(occluder(), SHIFT)], DVec3::ZERO)) };
     let mut power = power("space_curves::shadows_of_many_lamps");
     case.accept(&mut power, "edge sampling", &edges(1, [1, 1024, 1]));
@@ -121,8 +121,8 @@ fn outlines_of_a_flat_lamp() {
     image_under_a_near_lamp(&mut power);
 }
 
-/// The image itself under a lamp so near and large that both strategies of the balance heuristic find it as
-/// often.
+/// The image itself, under a lamp so near and large that both strategies of the balance heuristic sample it
+/// equally often.
 fn image_under_a_near_lamp(power: &mut Power) {
     let lamp = Surface::emitter(square([0.1, 0.1, 1.6], 1.5, true), BRIGHT);
     let direct = floor(vec![lamp], DVec3::ZERO);
@@ -138,7 +138,7 @@ fn image_under_a_near_lamp(power: &mut Power) {
     comparison.accept(power, "the image under a near lamp", exact);
 }
 
-/// A cube that emits, as polygons and as one shape.
+/// A cube that emits, as separate polygons and as one shape.
 fn cube(centre: [f64; 3], half: f64, velocity: DVec3) -> (Vec<Surface>, Mesh) {
     let place = glam::DAffine3::from_scale_rotation_translation(
         DVec3::splat(half),
@@ -159,7 +159,7 @@ fn outlines_of_a_solid_lamp() {
     let (faces, mesh) = cube([0.3, 0.2, 1.8], 0.3, velocity);
     let direct = floor(faces, DVec3::ZERO);
     let reference = case(&direct);
-    // One closed shape instead of its faces.
+    // One closed shape instead of separate faces.
     let dark = floor(vec![], DVec3::ZERO);
     let mut description = scenes::direct(&dark).scene.description().clone();
     description.add_emitter("lamp", mesh, BRIGHT);
@@ -173,16 +173,16 @@ fn outlines_of_a_solid_lamp() {
     case.accept(&mut power, "mean over jumps", &exact_mean(1024));
 }
 
-/// A constant sky past what hides some of it.
+/// A constant sky, partly occluded.
 #[test]
 fn what_hides_the_sky() {
     let case = case(&floor(vec![moving(occluder(), DVec3::new(0.3, 0.2, -0.8))], DVec3::new(1.0, 2.0, 3.0)));
     let mut power = power("space_curves::what_hides_the_sky");
     case.accept(&mut power, "edge sampling", &edges(1, [1, 1, 2560]));
-    // Fields at bounces scatter more.
+    // Fields at bounces have more variance.
     let mut power = super::after_a_bounce("space_curves::what_hides_the_sky: fields");
     case.accept(&mut power, "mean over jumps", &exact_mean(768));
-    // Longer paths have a control variate: the sky's radiance, subtracted where it is hidden.
+    // Longer paths have a control variate: the sky's radiance, also subtracted where the sky is occluded.
     let mut longer = case.scene.description().clone();
     longer.integrator.max_depth = Some(3);
     let scene = Scene::new(longer).expect("a scene");

@@ -1,10 +1,10 @@
-//! Every kind of curve by itself: scenes in which nearly all of the derivative is one boundary term, against
-//! closed forms and quadrature.
+//! Every kind of curve by itself: scenes in which one boundary term is nearly the whole derivative, compared
+//! with closed forms and quadrature.
 //!
-//! In scenes where many things move a term that is a tenth short may be a hundredth of the whole. Here a
-//! curve of one kind passes what the film shows, little else changes, and the reference has no noise: a bias
-//! of [`NOTICED`] of the one term is rejected, with few samples. By edge sampling and by softened fields,
-//! which sample the same curves, and by exact means over jumps, which follow them.
+//! In scenes where many things move, a tenth of one term may be a hundredth of the whole. Here a curve of one
+//! kind crosses the visible region, little else changes, and the reference has no noise: a bias of
+//! [`NOTICED`] of the one term is rejected, with few samples. Tested are edge sampling and softened fields,
+//! which sample the same curves, and exact means over discontinuities, which follow them.
 
 mod bounce;
 mod film;
@@ -20,14 +20,14 @@ use tests::statistics::student;
 use volume3d::gradient::{EdgeSampling, Field, GradientImage, Progress, Tangent, WarpedArea};
 use volume3d::scene::Scene;
 
-/// The relative bias that comparisons here must notice; of what is seen after a bounce, where few samples
-/// find a way to the film, more.
+/// The relative bias that comparisons here must notice; it is larger for light after a bounce, where few
+/// paths reach the film.
 const NOTICED: f64 = 0.06;
 
 /// Independent runs of a method.
 const RUNS: u64 = 80;
 
-/// A scene, what changes in it, and how the sum of its film changes, with the error of that.
+/// A scene, its change, and the derivative of its film's sum, with the error of that.
 struct Case {
     scene: Scene,
     change: Tangent,
@@ -35,23 +35,23 @@ struct Case {
     error: f64,
 }
 
-/// Edge sampling: samples of curves on the film, before lights, and before all else.
+/// Edge sampling: samples of curves on the film, towards lights, and towards all other surfaces.
 fn edges(samples: usize, [primary, secondary, bounces]: [usize; 3]) -> EdgeSampling {
     EdgeSampling { samples, primary, secondary, bounces, seed: 0, allow_missing: vec![] }
 }
 
-/// A softened field: samples of silhouettes, of shadows, and of silhouettes seen by bounces.
+/// A softened field: samples of silhouettes, of shadows, and of silhouettes seen at bounces.
 fn softened(samples: usize, softness: f64, [silhouettes, shadows, bounces]: [usize; 3]) -> WarpedArea {
     let field = Field::Softened { film: 1.2, lobe: 0.5, softness, silhouettes, shadows, bounces };
     WarpedArea { samples, field, ..WarpedArea::default() }
 }
 
-/// The exact mean over jumps.
+/// The exact mean over discontinuities.
 fn exact_mean(samples: usize) -> WarpedArea {
     WarpedArea { samples, ..WarpedArea::default() }
 }
 
-/// A method with a seed, along a change.
+/// A method with a seed, along a given change.
 trait Method: Sync {
     fn run(&self, case: &Case, seed: u64) -> GradientImage;
 }
@@ -89,7 +89,7 @@ impl Case {
         }
     }
 
-    /// The method's mean is the derivative.
+    /// Asserts that the method's mean is the derivative.
     fn accept(&self, power: &mut Power, label: &str, method: &impl Method) {
         let start = std::time::Instant::now();
         let found = self.estimate(method);
@@ -97,13 +97,13 @@ impl Case {
         self.compared(found).accept(power, label, self.exact);
     }
 
-    /// It is not.
+    /// Asserts that it is not.
     fn reject(&self, label: &str, method: &impl Method) {
         self.compared(self.estimate(method)).reject(label);
     }
 }
 
-/// Bias that a test must notice.
+/// Power record with the bias that a test must notice.
 fn power(test: &'static str) -> Power {
     Power::of(test).noticing(NOTICED)
 }

@@ -1,8 +1,8 @@
-//! Two sheets that pass through one another, as a floor below them sees them: where they do, one ends and the
+//! Two sheets that pass through one another, seen from a floor below: along their crossing one ends and the
 //! other begins.
 //!
-//! Both are lit evenly from below, and reflect the light of the sun as if they shone: the floor's irradiance
-//! is Lambert's formula over what each hides of the other.
+//! Both are lit evenly from below, and reflect sunlight as if they were emitters: the floor's irradiance is
+//! Lambert's formula over the unoccluded part of each.
 
 use std::f64::consts::PI;
 

@@ -1,10 +1,10 @@
-//! What smooth shading brings: where a surface turns its other side to the camera or to another surface, and
-//! the horizon of a face that turns.
+//! Effects of smooth shading: curves where a surface turns its other side to the camera or to another
+//! surface, and the horizon of a rotating face.
 //!
-//! A lobe of light from one direction makes a surface of shading normal n bright by ρ/π E (n·d)₊, d being
-//! where the light comes from and E its irradiance times (coth κ − 1/κ), if none of the lobe is below the
-//! horizon. Which of ±n that is depends on the viewer, and jumps where n·ω = 0. Integrals are cut there, and
-//! derivatives are central differences of them.
+//! A lobe of light gives a surface of shading normal n the radiance ρ/π E (n·d)₊, with d the direction of the
+//! light and E its irradiance times (coth κ − 1/κ), if no part of the lobe is below the horizon. The sign of
+//! ±n depends on the viewer, with a discontinuity where n·ω = 0. Integrals are split there, and derivatives
+//! are central differences of the integrals.
 
 use std::f64::consts::PI;
 
@@ -29,7 +29,7 @@ struct Sheet {
     normals: [DVec3; 3],
 }
 
-/// How a sheet turns, about its first corner; its normals may turn alone.
+/// Rotation of a sheet about its first corner; its normals may rotate alone.
 #[derive(Clone, Copy, Debug)]
 struct Turn {
     corners: DVec3,
@@ -56,7 +56,7 @@ impl Sheet {
         mesh.with_normals(Normals::Given(normals)).expect("normals")
     }
 
-    /// The change of a scene in which it is the one shape with normals.
+    /// The tangent of a scene in which the sheet is the only shape with normals.
     fn change(&self, scene: &Scene, shape: usize, turn: Turn) -> Tangent {
         let mut change = Tangent::still(scene);
         let rates = self.corners.map(|p| turn.corners.cross(p - self.corners[0]));
@@ -70,14 +70,14 @@ fn mix(weights: [f64; 3], values: [DVec3; 3]) -> DVec3 {
     weights[0] * values[0] + weights[1] * values[1] + weights[2] * values[2]
 }
 
-/// The radiance of a point of normal n towards ω, under light from d.
+/// The radiance towards ω of a point with normal n, under light from d.
 fn reflected(normal: DVec3, towards: DVec3, light: DVec3) -> f64 {
     let side = normal.dot(towards).signum();
     let lobe = 1.0 / KAPPA.tanh() - 1.0 / KAPPA;
     ALBEDO / PI * IRRADIANCE * lobe * (side * normal.dot(light)).max(0.0)
 }
 
-/// ∫ over [0, 1] of f, which is smooth but where one of `signs` changes.
+/// ∫ over [0, 1] of f, which is smooth except where one of `signs` changes.
 fn cut(f: impl Fn(f64) -> f64, signs: &[&dyn Fn(f64) -> f64]) -> f64 {
     let mut cuts = vec![0.0, 1.0];
     let parts = 64;
@@ -100,8 +100,8 @@ fn cut(f: impl Fn(f64) -> f64, signs: &[&dyn Fn(f64) -> f64]) -> f64 {
     cuts.windows(2).map(|w| piece(w[0], w[1])).sum()
 }
 
-/// The mean of a function over [0, 1] by the midpoint rule: its derivative jumps where a curve leaves what is
-/// integrated over.
+/// The mean of a function over [0, 1] by the midpoint rule: its derivative is discontinuous where a curve
+/// leaves the domain.
 fn mean_of(parts: usize, f: impl Fn(f64) -> f64) -> f64 {
     (0..parts).map(|i| f((i as f64 + 0.5) / parts as f64)).sum::<f64>() / parts as f64
 }
@@ -120,12 +120,12 @@ fn sun(d: &mut Description, from: DVec3) {
     });
 }
 
-/// With these samples of sign changes, which do not depend on what moves.
+/// A method with this number of samples of sign changes, which do not depend on the motion.
 fn warped(samples: usize, sign_changes: usize) -> WarpedArea {
     WarpedArea { sign_changes, ..exact_mean(samples) }
 }
 
-/// A sheet that fills the film and turns its other side along a curve in the middle of it.
+/// A sheet that fills the film and turns its other side to the camera along a curve in its middle.
 #[test]
 fn sides_that_turn_before_the_camera() {
     let camera = Camera::look_at(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, DVec3::Y, 0.3);
@@ -178,7 +178,7 @@ fn sides_that_turn_before_the_camera() {
     case.reject("warped area without sign changes", &warped(16, 0));
 }
 
-/// Edge sampling with nine tenths of its term on the film.
+/// Edge sampling with 0.9 times its term on the film.
 struct Less(volume3d::gradient::EdgeSampling);
 
 impl super::Method for Less {
@@ -194,7 +194,7 @@ impl super::Method for Less {
     }
 }
 
-/// A wall that only a sheet lights, which turns its other side to it along a curve.
+/// A wall lit only by a sheet that turns its other side to the wall along a curve.
 #[test]
 fn sides_that_turn_before_a_wall() {
     let eye = DVec3::new(0.3, 0.2, 0.6);
@@ -248,8 +248,8 @@ fn sides_that_turn_before_a_wall() {
         }
         sum
     };
-    // About the light's direction: what is lit stays as bright as it is, and all that changes is which side
-    // that is.
+    // Rotation about the light's direction: lit points keep their radiance, and only the visible side
+    // changes.
     let turn = Turn { corners: DVec3::ZERO, normals: 1.1 * light };
     let exact = 3.0 * differences(|theta| over_pixel(&sheet.turned(turn, theta)));
     println!("image {}, derivative {exact}", 3.0 * over_pixel(&sheet));
@@ -261,8 +261,9 @@ fn sides_that_turn_before_a_wall() {
     case.reject("warped area without sign changes", &warped(16, 0));
 }
 
-/// The upper face of a cube with normals as a ball's, and a lamp beside it that the plane of the face halves:
-/// light from below that plane is the cube's own shadow, though its shading normals would reflect it.
+/// The upper face of a cube with a sphere's normals, and a lamp next to it that the face's plane cuts in
+/// half: light from below that plane is in the cube's own shadow, though the shading normals would reflect
+/// it.
 #[test]
 fn horizons_of_a_face() {
     let camera = Camera::look_at(DVec3::new(0.7, 4.0, 0.2), DVec3::new(0.6, 1.0, 0.1), DVec3::NEG_Z, 0.05);
@@ -323,8 +324,8 @@ fn above(polygon: &[DVec3], x: DVec3, up: DVec3) -> Vec<DVec3> {
     kept
 }
 
-/// That of a point of the upper face of the cube [−1, 1]³: interpolated over the face's triangles between the
-/// corners' own directions, which is the direction of the point itself, as it is linear.
+/// Shading normal at a point of the upper face of the cube [−1, 1]³: corner directions interpolated over the
+/// face's triangles. As the interpolation is linear, it is the direction of the point itself.
 fn shading_normal(x: DVec3) -> DVec3 {
     x.normalize()
 }

@@ -1,5 +1,6 @@
-//! Implicit surfaces in scenes, among meshes: gradients of the default method against central differences of
-//! images, on the film, in shadows of each on the other and of a surface on itself, forward and in reverse.
+//! Implicit surfaces among meshes: gradients of the default method compared with central differences of
+//! images, on the film, in shadows between both kinds of surfaces and of a surface on itself, forward and in
+//! reverse.
 
 mod scenes;
 
@@ -19,7 +20,7 @@ use scenes::{Moving, SIDE};
 /// The step of differences: their error ~ h² is below a thousandth here.
 const STEP: f64 = 0.01;
 
-/// Left against right: what moves to the right changes it most.
+/// Weights that differ between left and right: motion to the right changes their sum most.
 fn weights() -> Image {
     let weight = |i: usize| DVec3::new(1.0, 0.7, 0.4) * (2.0 * (i % SIDE) as f64 / SIDE as f64 - 1.0);
     Image { width: SIDE, height: SIDE, pixels: (0..SIDE * SIDE).map(weight).collect() }
@@ -63,12 +64,12 @@ fn samples(samples: usize) -> WarpedArea {
     WarpedArea { samples, ..WarpedArea::default() }
 }
 
-/// With the field of all points of a ray.
+/// The method with the field of all points of a ray.
 fn all_points(samples: usize) -> WarpedArea {
     WarpedArea { samples, implicit: ImplicitField::bangaru(), ..WarpedArea::default() }
 }
 
-/// With the field of auxiliary rays.
+/// The method with the field of auxiliary rays.
 fn rays(samples: usize) -> WarpedArea {
     WarpedArea { samples, field: Field::AuxiliaryRays, ..WarpedArea::default() }
 }
@@ -103,7 +104,7 @@ fn so_they_are_among_meshes() {
     accept("space_implicit::so_they_are_among_meshes", cases, pick(128, 160), samples);
 }
 
-/// By the field of Bangaru et al. (2022): before the sky, over a floor that it shades, shading itself, and
+/// The field of Bangaru et al. (2022): in front of the sky, over a floor that it shades, shading itself, and
 /// behind a mesh.
 #[test]
 fn all_points_follow_them_as_well() {
@@ -112,8 +113,8 @@ fn all_points_follow_them_as_well() {
     accept("space_implicit::all_points_follow_them_as_well", cases, 128, all_points);
 }
 
-/// By auxiliary rays: before the sky, seen by a camera that moves, and in shadows of meshes and of one
-/// another.
+/// Auxiliary rays: in front of the sky, with a moving camera, and in shadows of meshes and of implicit
+/// surfaces.
 #[test]
 fn auxiliary_rays_follow_them_too() {
     let balls = Moving { effort: 2, ..scenes::two_balls() };
@@ -121,14 +122,14 @@ fn auxiliary_rays_follow_them_too() {
     accept("space_implicit::auxiliary_rays_follow_them_too", cases, 96, rays);
 }
 
-/// With softened silhouettes and sampled shadows of meshes: a quarter as many samples of those as of the
+/// Softened silhouettes and sampled shadows of meshes: a quarter as many samples of silhouettes as of the
 /// area, and half as many of shadows.
 fn softened(samples: usize) -> WarpedArea {
     WarpedArea { samples, field: Field::softened(samples), ..WarpedArea::default() }
 }
 
-/// By softened fields, whose curves are those of meshes alone: silhouettes of meshes before implicit surfaces
-/// and behind them, shadows of each on the other, and a camera that moves.
+/// Softened fields, in which only meshes have curves: silhouettes of meshes in front of implicit surfaces and
+/// behind them, shadows between both, and a moving camera.
 #[test]
 fn softened_fields_follow_both() {
     let cases = vec![
@@ -142,8 +143,8 @@ fn softened_fields_follow_both() {
     accept("space_implicit::softened_fields_follow_both", cases, pick(128, 160), softened);
 }
 
-/// The same where what bounces see is softened too: a cube that shades a ball from the sky, and a ball behind
-/// a cube.
+/// The same with softened fields at bounces: a cube that shades a ball from the sky, and a ball behind a
+/// cube.
 #[test]
 fn so_they_do_at_bounces() {
     let bounced = |samples: usize| {
@@ -157,7 +158,7 @@ fn so_they_do_at_bounces() {
     accept("space_implicit::so_they_do_at_bounces", cases, pick(80, 160), bounced);
 }
 
-/// Without samples of the silhouettes of meshes.
+/// Without samples of mesh silhouettes.
 #[test]
 fn softened_fields_need_their_curves() {
     let field = |silhouettes: usize, shadows: usize| {
@@ -170,8 +171,8 @@ fn softened_fields_need_their_curves() {
     compare(&moving, &method, 512).reject("silhouettes of meshes left out");
 }
 
-/// What must be rejected: no warp at all, a grid whose ∇φ jumps between its cells, and auxiliary rays that do
-/// not know how near the silhouette is.
+/// Controls that must be rejected: no warp, a grid with ∇φ discontinuous between its cells, and auxiliary
+/// rays without the distance to the silhouette.
 #[test]
 fn controls_are_rejected() {
     let kinked = scenes::kinked_grid();
@@ -186,8 +187,8 @@ fn controls_are_rejected() {
     }
 }
 
-/// From micrometres to megametres, if the scene is in metres: images are the same, and so are their
-/// derivatives, to rounding and what the edges of rounding decide, such as whether a ray hits.
+/// From micrometres to megametres, if the scene is in metres: images and derivatives are the same up to
+/// rounding and its consequences, such as whether a ray hits an edge.
 #[test]
 fn units_of_length_change_nothing() {
     let gradient = |unit: f64| {
@@ -234,7 +235,7 @@ fn reverse_is_the_transpose_of_forward() {
     }
 }
 
-/// Softened fields, with the moving shapes active: curves are drawn by what is active.
+/// Softened fields with the moving shapes active: curves are sampled according to the active parameters.
 #[test]
 fn so_it_is_of_softened_fields() {
     let weights = weights();

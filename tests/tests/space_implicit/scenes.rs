@@ -1,5 +1,4 @@
-//! Small scenes in which implicit surfaces and meshes hide one another, cast shadows on one another, and
-//! move.
+//! Small scenes in which moving implicit surfaces and meshes occlude and shade one another.
 
 use flatland::sdf::Sdf as _;
 use flatland::sdf::shapes::{Ball, SmoothUnion};
@@ -22,11 +21,11 @@ pub(crate) struct Moving {
     pub(crate) name: &'static str,
     pub(crate) scene: Scene,
     pub(crate) change: Tangent,
-    /// How many times the samples it needs: where silhouettes of different motions cross variances are large.
+    /// Factor on the number of samples: variances are large where silhouettes of different motions cross.
     pub(crate) effort: usize,
 }
 
-/// Paths of so many segments under a white sky.
+/// Paths of a given number of segments under a white sky.
 fn under_the_sky(depth: usize) -> Description {
     let mut description = in_the_dark(depth);
     description.environment = Some(Environment::Constant { id: "sky".to_owned(), radiance: DVec3::ONE });
@@ -86,7 +85,7 @@ fn with_surface(mut description: Description, surface: impl Implicit) -> Descrip
     description
 }
 
-/// A ball before the sky.
+/// A ball in front of the sky.
 pub(crate) fn silhouette() -> Moving {
     translated("a ball before the sky", with(under_the_sky(1), [ball(0.1, 0.0, 0.9, 0.8)]))
 }
@@ -106,13 +105,13 @@ pub(crate) fn under_a_lamp() -> Moving {
     translated("a ball under a lamp", description)
 }
 
-/// One ball shades another; the one that moves is the nearer.
+/// One ball shades another; the nearer one moves.
 pub(crate) fn two_balls() -> Moving {
     let balls = [ball(0.2, -0.3, 2.1, 0.45), ball(0.0, 0.0, 0.6, 0.8)];
     translated("two balls", with(under_the_sky(2), balls))
 }
 
-/// A cube that moves shades a ball that does not.
+/// A moving cube shades a static ball.
 pub(crate) fn mesh_over_a_ball() -> Moving {
     let mut description = with(under_the_sky(2), [ball(0.0, 0.0, 0.6, 0.8)]);
     let cube = placed(Mesh::cube(), DVec3::new(0.2, -0.3, 2.1), 0.35, DQuat::from_rotation_y(0.5));
@@ -120,7 +119,7 @@ pub(crate) fn mesh_over_a_ball() -> Moving {
     moving("a cube over a ball", description, |scene, change| change.translate(scene, 0, VELOCITY))
 }
 
-/// A ball that moves behind a cube and beside it.
+/// A moving ball, partly behind a cube.
 pub(crate) fn behind_a_mesh() -> Moving {
     let mut description = with(under_the_sky(2), [ball(0.1, 0.6, 0.9, 0.8)]);
     let cube = placed(Mesh::cube(), DVec3::new(0.5, -1.2, 1.3), 0.35, DQuat::from_rotation_z(0.5));
@@ -128,7 +127,7 @@ pub(crate) fn behind_a_mesh() -> Moving {
     Moving { effort: 8, ..translated("a ball behind a cube", description) }
 }
 
-/// A block that moves before a ball that moves otherwise, over a floor and under a lamp: each hides and
+/// A moving block in front of a ball with another motion, over a floor and under a lamp: each occludes and
 /// shades the other.
 pub(crate) fn block_beside_a_ball() -> Moving {
     let mut description = with(with_floor(in_the_dark(2)), [ball(0.5, 0.4, 0.9, 0.6)]);
@@ -153,7 +152,7 @@ pub(crate) fn union() -> Moving {
     })
 }
 
-/// A ring that moves and turns, with its own shadow in its hole.
+/// A ring that moves and rotates, with its own shadow in its hole.
 pub(crate) fn ring() -> Moving {
     let ring = Torus::new(DVec3::new(0.0, 0.0, 0.8), 0.9, 0.35).expect("a ring");
     moving("a ring", with_surface(under_the_sky(2), ring), |_, change| {
@@ -174,7 +173,7 @@ pub(crate) fn grid() -> Moving {
     sampled("a grid over a floor", Interpolation::Cubic, with_floor(under_the_sky(2)))
 }
 
-/// The same before the sky, interpolated in a way that lets ∇φ jump between its cells.
+/// The same in front of the sky, with an interpolation whose ∇φ is discontinuous between cells.
 pub(crate) fn kinked_grid() -> Moving {
     sampled("a trilinear grid before the sky", Interpolation::Trilinear, under_the_sky(1))
 }
@@ -183,13 +182,13 @@ fn sampled(name: &'static str, interpolation: Interpolation, description: Descri
     let shape = ball(0.1, 0.0, 1.3, 0.8);
     let corners = (DVec3::new(-1.1, -1.2, 0.1), DVec3::new(1.3, 1.2, 2.5));
     let grid = Grid::sampled(interpolation, corners, 32, |x| shape.jet(x).value).expect("a grid");
-    // To the right, and growing.
+    // Translation to the right, and growth.
     let rate = |i: usize| -1.5 * shape.jet(grid.position(i)).gradient.x - 0.2;
     let rates: Vec<f64> = (0..grid.nodes().len()).map(rate).collect();
     moving(name, with_surface(description, grid), |_, change| change.implicits[0].parameters = rates)
 }
 
-/// A ball that shades itself, a floor and a ring that moves, in any unit of length.
+/// A ball that shades itself, a floor and a moving ring, in any unit of length.
 pub(crate) fn in_units(unit: f64) -> Moving {
     let mut description = with_floor(under_the_sky(3));
     description.shapes[0].mesh =
@@ -205,7 +204,7 @@ pub(crate) fn in_units(unit: f64) -> Moving {
     })
 }
 
-/// The camera moves, turns and zooms.
+/// The camera moves, rotates and zooms.
 pub(crate) fn camera() -> Moving {
     let description = with(with_floor(under_the_sky(2)), [ball(0.1, 0.0, 1.3, 0.8)]);
     moving("a camera that moves", description, |_, change| {

@@ -1,4 +1,4 @@
-//! Scenes whose derivative has a closed form, or is 0 whatever the form.
+//! Scenes whose derivative has a closed form, or is 0 whatever the shape.
 
 use std::f64::consts::PI;
 
@@ -53,13 +53,13 @@ fn furnace(albedo: f64, emission: f64, bounces: usize) -> Description {
     let triangles = room.triangles.iter().map(|t| t.map(|v| v as u32)).collect();
     let shape = d.add_shape("room", Mesh::new(room.positions, triangles).expect("a mesh"), grey);
     d.shapes[shape].radiance = Some(DVec3::splat(emission));
-    // Something in the view that is not seen.
+    // An object in view that is indistinguishable from the room.
     let shape = d.add_shape("block", cube(DVec3::new(1.2, 0.5, 0.1), 0.4, DQuat::from_rotation_z(0.5)), grey);
     d.shapes[shape].radiance = Some(DVec3::splat(emission));
     d
 }
 
-/// Nothing is to be seen in a furnace, whatever moves; and by albedo and emission the series says all.
+/// In a furnace every motion is invisible; the derivatives by albedo and emission follow from the series.
 #[test]
 fn a_white_furnace() {
     let mut power = Power::of("space_known::a_white_furnace");
@@ -83,7 +83,7 @@ fn a_white_furnace() {
             ("by albedo", by_albedo, sum * rate),
             ("by emission", by_emission, sum * furnace_up_to(albedo, 1.0, bounces as i32)),
         ];
-        // With more bounces concave corners make the noise of what moves too large to say anything.
+        // With more bounces, concave corners make the noise of motions too large for a verdict.
         if bounces == 1 {
             let mut moves = Tangent::still(&scene());
             moves.rotate(&scene(), 1, DVec3::new(1.2, 0.5, 0.1), DVec3::new(1.0, 0.5, 0.3));
@@ -98,7 +98,7 @@ fn a_white_furnace() {
     }
 }
 
-/// A floor under a sky reflects a L: by L, it is a; by a, L.
+/// A floor under a sky of radiance L reflects a L: the derivative by L is a, and by a it is L.
 #[test]
 fn a_sky_over_a_floor() {
     let mut power = Power::of("space_known::a_sky_over_a_floor");
@@ -118,7 +118,7 @@ fn a_sky_over_a_floor() {
     accept(&mut power, &known(scene(), by_albedo, total.dot(radiance), "floor by its albedo"), &warped(64));
 }
 
-/// A cube that looks the same from everywhere, lit by a sky or shining by itself, and its exact derivative.
+/// A cube with the same radiance from everywhere, lit by a sky or emitting, and its exact derivative.
 fn lonely_cube(filter: plane::Filter, shines: bool) -> Known {
     let camera = Camera::look_at(DVec3::new(2.0, 1.5, 3.0), DVec3::ZERO, DVec3::Y, 0.7);
     let mesh = cube(DVec3::ZERO, 0.6, DQuat::from_rotation_y(0.3));
@@ -170,8 +170,8 @@ fn terms_of_cube(k: &Known) -> [[Estimate; 2]; 2] {
     [terms(&area), terms(&edges)]
 }
 
-/// Convex and alone, a cube sees nothing that moves: the secondary term is 0 (as it was not in Mitsuba 3,
-/// whose tracker has it under number 1895), and the primary term is the whole.
+/// A convex object alone sees nothing that moves: its secondary term is 0 (unlike in Mitsuba 3, issue 1895),
+/// and its primary term is the whole derivative.
 fn a_cube_alone_has_no_secondary_term(mut power: Power, shines: bool) {
     for filter in [plane::Filter::Box, plane::Filter::Tent, plane::Filter::Gaussian] {
         let k = lonely_cube(filter, shines);
@@ -194,8 +194,9 @@ fn a_lit_cube_alone_has_no_secondary_term() {
     a_cube_alone_has_no_secondary_term(power, false);
 }
 
-/// A floor beyond the view under a point, or under a broad lobe of light, or under a sky: nothing jumps, only
-/// distances and cosines change. With a warp and without, the derivative is that of the closed form.
+/// A floor that fills the view under a point light, a broad lobe of light, or a sky: there are no
+/// discontinuities, only distances and cosines change. With and without a warp, the derivative equals the
+/// closed form.
 #[test]
 fn a_floor_under_a_point_of_light() {
     let mut power = Power::of("space_known::a_floor_under_a_point_of_light");
@@ -233,7 +234,7 @@ fn a_floor_under_a_point_of_light() {
     }
 }
 
-/// The same under a lobe of light, where a warp may be asked for: with it and without it is the same number.
+/// The same under a lobe of light, where a warp may be used: the number is the same with and without it.
 #[test]
 fn a_floor_under_a_lobe_of_light() {
     let mut power = Power::of("space_known::a_floor_under_a_lobe_of_light");

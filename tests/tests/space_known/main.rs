@@ -1,5 +1,5 @@
-//! What is known by an argument: derivatives that are 0, furnaces, symmetries, scenes without a jump, bits
-//! that must not depend on threads or on whether a gradient is taken, and extremes.
+//! Values known by an argument: derivatives that are 0, furnaces, symmetries, scenes without discontinuities,
+//! bits that do not depend on threads or on whether a gradient is computed, and extremes.
 
 mod closed;
 
@@ -30,15 +30,15 @@ fn cube(centre: DVec3, half: f64, turn: DQuat) -> Mesh {
     Mesh::cube().transformed(&DAffine3::from_scale_rotation_translation(DVec3::splat(half), turn, centre))
 }
 
-/// A scene whose derivative is known. Where that is 0, errors are measured by the image, as if it changed by
-/// itself.
+/// A scene whose derivative is known. If it is 0, errors are relative to the image, as if the image changed
+/// at a rate equal to itself.
 fn known(scene: Scene, change: Tangent, exact: f64, label: &str) -> Known {
     let mut k = Known::given(scene, change, exact, label);
     k.scale = k.weighted(&render(&k.scene, 64, 1, &Progress::none()).expect("not stopped").image.pixels);
     k
 }
 
-/// A fixed number of rays, which is biased but has no heavy tail: for what holds of that bias too.
+/// A fixed number of rays, which is biased but has no heavy tails: for properties of that bias too.
 fn consistent(samples: usize) -> WarpedArea {
     let warp = Warp { debias: Debias::Consistent { rays: 16 }, ..Warp::default() };
     WarpedArea { field: Field::AuxiliaryRays, warp, ..warped(samples) }
@@ -65,19 +65,19 @@ fn edges(samples: usize) -> EdgeSampling {
     }
 }
 
-/// Asserts that an estimate is its reference but for its noise and the slack, and that it would not be with a
-/// bias that must be noticed. Of a reference of 0, noise is measured by `scale`.
+/// Asserts that an estimate equals its reference up to its noise and the slack, and that it would not with
+/// the bias that must be noticed. For a reference of 0, noise is relative to `scale`.
 fn agree(power: &mut Power, label: &str, found: Estimate, reference: Estimate, [slack, scale]: [f64; 2]) {
     Comparison { found, reference, limit: limit(), slack }.accept(power, label, scale);
 }
 
-/// A number that is known, against warped area.
+/// Compares warped area with a known value.
 fn accept(power: &mut Power, k: &Known, method: &WarpedArea) {
     let scale = if k.exact == 0.0 { k.scale } else { k.exact };
     agree(power, &k.label, gradient(k, method), Estimate::exact(k.exact), [1e-9, scale]);
 }
 
-/// A floor with a lamp and a block over it, under some sky; unit size, somewhere, of some scale.
+/// A floor with a lamp and a block above it, under a sky; of unit size, at a given place and scale.
 fn court(filter: Filter, scale: f64, place: DVec3) -> Description {
     let at = |x: f64, y: f64, z: f64| scale * DVec3::new(x, y, z) + place;
     let camera = Camera::look_at(at(0.3, 1.4, 2.6), at(0.0, 0.2, 0.0), DVec3::Y, 0.8);
@@ -95,7 +95,7 @@ fn court(filter: Filter, scale: f64, place: DVec3) -> Description {
     d
 }
 
-/// The block grows and turns, at a speed of the scene's size.
+/// The block grows and rotates, at a speed of about the scene's size.
 fn block_moves(scene: &Scene, scale: f64, place: DVec3) -> Tangent {
     let centre = place + scale * DVec3::new(-0.2, 0.65, 0.1);
     let mut change = Tangent::still(scene);
@@ -121,7 +121,7 @@ fn everything_moves_together() {
     }
 }
 
-/// A texture of one colour shows no seam. What is duplicated for its coordinates is one vertex.
+/// A texture of one colour shows no seam. Vertices duplicated for texture coordinates count as one.
 #[test]
 fn a_seam_of_texture_coordinates_does_not_tear_the_surface() {
     let texture = Texture {
@@ -138,7 +138,7 @@ fn a_seam_of_texture_coordinates_does_not_tear_the_surface() {
         let index = d.add_texture(texture.clone());
         paint.bsdf = Bsdf::Diffuse { reflectance: Reflectance::Texture(index) };
         let block = d.shapes[1].mesh.clone();
-        // Every triangle with three vertices of its own, or those of the cube.
+        // Three separate vertices per triangle, or the shared vertices of the cube.
         let soup = |t: usize| [0, 1, 2].map(|c| 3 * t as u32 + c);
         let corners: Vec<DVec3> =
             block.triangles().iter().flatten().map(|&v| block.positions()[v as usize]).collect();
@@ -166,7 +166,7 @@ fn a_seam_of_texture_coordinates_does_not_tear_the_surface() {
         let k = Known { weights: weights.clone(), ..k };
         [gradient(&k, &consistent(208)), gradient(&k, &edges(40))]
     };
-    // A fixed number of rays, which has a bias of its own, and edges.
+    // A fixed number of rays, which is biased, and edge sampling.
     for ((seamless, seamed), name) in of(false).into_iter().zip(of(true)).zip(["16 rays", "edges"]) {
         agree(&mut power, name, seamed, seamless, [0.0, seamless.mean]);
     }
@@ -195,7 +195,7 @@ fn bits_do_not_depend_on_threads() {
     }
 }
 
-/// The derivative of a scene of any size, anywhere, is that of the same scene of size 1 at the origin.
+/// The derivative of a scene of any size at any place equals that of the scene of size 1 at the origin.
 #[test]
 fn scenes_of_any_size_and_anywhere() {
     let filter = Filter::Tent { radius: 1.0 };
@@ -215,10 +215,11 @@ fn scenes_of_any_size_and_anywhere() {
     }
 }
 
-/// Samples a pixel in each run.
+/// Samples per pixel in each run.
 const SIZED: usize = 256;
 
-/// A camera within a mesh, a lamp that stands on the floor, a view along the floor: finite differences agree.
+/// A camera within a mesh, a lamp that stands on the floor, a view along the floor: comparison with finite
+/// differences.
 #[test]
 fn awkward_places() {
     let mut power = Power::of("space_known::awkward_places");
@@ -231,8 +232,8 @@ fn awkward_places() {
     touching.shapes[2].mesh = plate(DVec3::new(0.6, 0.3, -0.4), DVec3::new(-0.3, 0.0, 1.0), 0.3);
     let mut along = court(filter, 1.0, DVec3::ZERO);
     along.camera = Camera::look_at(DVec3::new(0.2, 0.01, 2.6), DVec3::new(0.0, 0.1, 0.0), DVec3::Y, 0.8);
-    // With how many times the runs of differences, and how many the samples: in the shell everything is lit
-    // by everything, and a lamp that touches the floor is near its own border.
+    // Factors on the runs of differences and on the samples: in the shell all surfaces light one another, and
+    // a lamp that touches the floor is near its own border.
     let places = [
         ("lamp on the floor", touching, 2, 8),
         ("along the floor", along, 1, 1),

@@ -1,4 +1,4 @@
-//! Exact derivatives of what balls show, from their outlines and by implicit differentiation inside them.
+//! Exact derivatives of images of balls, from their outlines and by implicit differentiation inside them.
 
 use std::f64::consts::TAU;
 
@@ -23,14 +23,14 @@ pub(crate) struct MovingBall {
 }
 
 impl MovingBall {
-    /// Where a ray from the origin meets it.
+    /// Distance at which a ray from the origin meets it.
     fn hit(&self, omega: DVec3) -> Option<f64> {
         let along = self.centre.dot(omega);
         let square = along * along - self.centre.length_squared() + self.radius * self.radius;
         (square > 0.0 && along > 0.0).then(|| along - square.sqrt())
     }
 
-    /// The half angle of its disc, its axis, and two directions across.
+    /// The half angle of its disc on the sphere of directions, its axis, and two orthogonal directions.
     fn disc(&self) -> (f64, [DVec3; 3]) {
         let distance = self.centre.length();
         let axis = self.centre / distance;
@@ -39,7 +39,7 @@ impl MovingBall {
     }
 }
 
-/// What is seen in a direction: which ball, and how far away.
+/// The visible ball in a direction, and its distance.
 fn seen(balls: &[MovingBall], omega: DVec3) -> Option<(usize, f64)> {
     let hits = balls.iter().enumerate().filter_map(|(i, ball)| Some((i, ball.hit(omega)?)));
     hits.min_by(|a, b| a.1.total_cmp(&b.1))
@@ -60,7 +60,7 @@ pub(crate) fn derivative(balls: &[MovingBall], shading: Shading, outputs: Output
     sums
 }
 
-/// ∮ (L_front − L_behind) v dl over what is seen of an outline.
+/// ∮ (L_front − L_behind) v dl over the visible part of an outline.
 fn outline(balls: &[MovingBall], index: usize, shading: Shading, add: &mut impl FnMut(DVec3, f64)) {
     let ball = balls[index];
     let (beta, [axis, s, t]) = ball.disc();
@@ -83,8 +83,8 @@ fn outline(balls: &[MovingBall], index: usize, shading: Shading, add: &mut impl 
     }
 }
 
-/// ∫ dL/dt in fixed directions, over what is seen of a disc. Cells crowd at the outline as ψ = β(1 − q²)
-/// does, where L has a root.
+/// ∫ dL/dt at fixed directions, over the visible part of a disc. Cells are dense at the outline, as ψ = β(1 −
+/// q²), where L behaves as a square root.
 fn interior(balls: &[MovingBall], index: usize, shading: Shading, add: &mut impl FnMut(DVec3, f64)) {
     let MovingBall { centre, radius, velocity, growth } = balls[index];
     let (beta, [axis, s, t]) = balls[index].disc();

@@ -1,4 +1,5 @@
-//! A shape that moves before the origin, and the regression of what a field finds on the exact derivative.
+//! A shape that moves in front of the origin, and the regression of a field's estimate on the exact
+//! derivative.
 
 use flatland::random::{open01, stream};
 use flatland::sdf::fields::TracedField;
@@ -13,7 +14,7 @@ use volume3d::Sphere;
 
 use super::outputs::Outputs;
 
-/// L = base + a·x + b·n on the shape, and what is behind it.
+/// L = base + a·x + b·n on the shape, and the radiance of the background.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shading {
     pub(crate) base: f64,
@@ -28,7 +29,7 @@ impl Shading {
     }
 }
 
-/// A shape, its motion, and the exact derivatives of what it shows.
+/// A shape, its motion, and the exact derivatives of its integrals.
 pub(crate) struct Case {
     pub(crate) name: String,
     pub(crate) sdf: Box<dyn Sdf<DVec3>>,
@@ -39,21 +40,21 @@ pub(crate) struct Case {
     pub(crate) tracer: Tracer,
 }
 
-/// Which terms count.
+/// Terms that contribute.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Terms {
     All,
-    /// None of the field's.
+    /// None of the field's terms.
     Interior,
-    /// All, but for −2 ω·U, which projecting to the sphere takes from the divergence.
+    /// All terms except −2 ω·U, the projection's part of the divergence.
     Unprojected,
 }
 
-/// Samples that are summed before others are.
+/// Samples of a partial sum.
 const BLOCK: usize = 1 << 12;
 
 impl Case {
-    /// The slope of the regression, and which part of rays ran out of steps.
+    /// Slope of the regression, and the fraction of rays that ran out of steps.
     pub(crate) fn slope(
         &self,
         field: &dyn TracedField<Sphere>,
@@ -85,7 +86,7 @@ impl Case {
         let shading = &self.shading;
         let (mut radiance, mut along, mut still) = (shading.background, DVec3::ZERO, 0.0);
         if let Some(hit) = trace.hit() {
-            // As flatland's: dL = q·ẋ + r·∇φ̇ with ẋ = tV + ṫω.
+            // As in flatland: dL = q·ẋ + r·∇φ̇ with ẋ = tV + ṫω.
             let second = self.sdf.second_order(hit.position);
             let gradient = second.jet.gradient;
             let inverse = gradient.length().recip();
@@ -98,7 +99,7 @@ impl Case {
             along = (q - gradient * slope) * hit.t;
             still = r.dot(rate.gradient) - slope * rate.value;
         }
-        // ∫ ∇·(V h) = 0, so that any constant may be taken from L.
+        // ∫ ∇·(V h) = 0, so that any constant may be subtracted from L.
         let beyond = radiance - 0.5 * (shading.base + shading.background);
         let norm: f64 = self.exact.iter().map(|e| e * e).sum();
         let (mut a, mut b, mut value) = (DVec3::ZERO, 0.0, 0.0);

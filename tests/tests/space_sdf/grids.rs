@@ -1,5 +1,5 @@
-//! Grids: a cubic one has no bias that is seen, and a trilinear one, whose ∇φ jumps from cell to cell, has
-//! one that no refinement removes.
+//! Grids: a cubic one has no noticeable bias; a trilinear one, with ∇φ discontinuous between cells, has a
+//! bias that no refinement removes.
 
 use std::f64::consts::TAU;
 
@@ -16,17 +16,17 @@ use super::case::{Case, Shading, Terms};
 use super::outputs::Outputs;
 use super::{ONE, vicini};
 
-/// White before black: the derivative is all of the outline's.
+/// White in front of black: only the outline contributes to the derivative.
 const FLAT: Shading = Shading { base: 1.0, position: DVec3::ZERO, normal: DVec3::ZERO, background: 0.0 };
 
-/// A grid is not a distance between its nodes, and its outline has few rays that pass so near.
+/// A grid is not a distance between its nodes, and few rays pass near its outline.
 const TRACER: Tracer = Tracer { step_scale: 1.0, tolerance: 1e-7, max_steps: 6000, far: 6.0 };
 
 /// Directions around the outline, and bisections of the angle from the axis.
 const AROUND: u32 = 300;
 const BISECTIONS: usize = 44;
 
-/// How far all nodes move for the reference, each by its rate.
+/// Step of the reference: every node changes by its rate times this.
 const STEP: f64 = 1e-4;
 
 /// The ball of [`ONE`] in 32³ cells, and the rates of all nodes as it moves.
@@ -42,7 +42,7 @@ fn moving_ball(interpolation: Interpolation) -> (Grid, Vec<f64>) {
     (grid, rates)
 }
 
-/// The angle from an axis beyond which rays pass, in the plane of the axis and a direction across.
+/// The angle from an axis beyond which rays miss, in the plane of the axis and an orthogonal direction.
 fn outline(grid: &Grid, axis: DVec3, across: DVec3) -> f64 {
     let view = View { sdf: grid, eye: DVec3::ZERO, start: 0.0, tracer: TRACER };
     let (mut low, mut high) = (0.0, 0.6);
@@ -104,7 +104,7 @@ fn cubic_grids_are_smooth_and_trilinear_ones_are_not() {
     trilinear.reject("Vicini", &vicini(), Terms::All, 60_000);
     cubic.accept(&mut power, "Bangaru", &BangaruField::default(), pick(60_000, 200_000));
     if thorough() {
-        // Off by a twelfth, where Vicini's is by a fifth.
+        // Wrong by a twelfth; Vicini's by a fifth.
         trilinear.reject("Bangaru", &BangaruField::default(), Terms::All, 400_000);
     }
 }

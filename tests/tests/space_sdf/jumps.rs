@@ -1,4 +1,4 @@
-//! Where a field jumps along a scan of directions, away from silhouettes.
+//! Discontinuities of a field along a scan of directions, away from silhouettes.
 
 use flatland::random::stream;
 use flatland::sdf::fields::{BangaruField, TracedField};
@@ -13,7 +13,8 @@ use super::{sphere, union, vicini};
 
 /// Directions of a scan.
 const COUNT: u32 = 4000;
-/// Changes between neighbours that a field without jumps does not exceed, and what bisection leaves of them.
+/// Largest change between neighbours of a field without discontinuities, and of the remainder after
+/// bisection.
 const SUSPECT: f64 = 1e-3;
 const JUMP: f64 = 1e-7;
 
@@ -45,7 +46,7 @@ fn scan(case: &Case, field: &dyn TracedField<Sphere>) -> usize {
             let lower = change(low.1, found) >= change(found, high.1);
             if lower { high = (middle, found) } else { low = (middle, found) }
         }
-        // At silhouettes V is what it must be, and bisection ends where rounding decides.
+        // At silhouettes V has its prescribed value, and bisection ends where rounding decides.
         let silhouette = low.1.1 != high.1.1;
         jumps += usize::from(!silhouette && change(low.1, high.1) > JUMP);
     }

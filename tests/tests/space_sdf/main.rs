@@ -1,5 +1,5 @@
-//! Implicit surfaces in space: fields over the sphere of directions against exact derivatives of films and of
-//! irradiance.
+//! Implicit surfaces in space: fields over the sphere of directions, compared with exact derivatives of films
+//! and of irradiance.
 
 mod balls;
 mod case;
@@ -25,10 +25,10 @@ const LIT: Shading = Shading {
     normal: DVec3::new(-0.4, 0.3, 0.2),
     background: 0.3,
 };
-/// What blocks the light of a white sky.
+/// A black occluder of a white sky.
 const DARK: Shading = Shading { base: 0.0, position: DVec3::ZERO, normal: DVec3::ZERO, background: 1.0 };
 
-/// Ten times coarser than that of scenes, with so many points that at most two rays in 40,000 run out of
+/// Ten times coarser than the tracer of scenes, with enough steps that at most two rays in 40,000 run out of
 /// them.
 const TRACER: Tracer = Tracer { step_scale: 1.0, tolerance: 1e-5, max_steps: 600, far: 10.0 };
 
@@ -47,7 +47,7 @@ const ONE: [MovingBall; 1] = [MovingBall {
     growth: 0.2,
 }];
 
-/// Closer than they are wide to each other; one hides a part of the other.
+/// Two balls closer to each other than their widths; one partly occludes the other.
 const TWO: [MovingBall; 2] = [
     MovingBall {
         centre: DVec3::new(-0.35, -0.1, 2.5),
@@ -84,7 +84,7 @@ fn sphere(outputs: Outputs) -> Case {
     }
 }
 
-/// Blended over a width in free space, where the surface is that of both all the same.
+/// The balls blended over a width in free space, where the surface is still that of both.
 fn union(outputs: Outputs, width: f64) -> Case {
     let shading = if matches!(outputs, Outputs::Film) { LIT } else { DARK };
     let [a, b] = TWO.map(|b| ball(&b));
@@ -103,10 +103,10 @@ fn name(outputs: Outputs) -> &'static str {
     if matches!(outputs, Outputs::Film) { "film" } else { "irradiance" }
 }
 
-/// With 6·10⁶ samples, once, Vicini's field and Bangaru's: ball on a film 1.0026 ± 0.0017 and 1.0061 ±
-/// 0.0019, its irradiance 1.0108 ± 0.0030 and 1.0106 ± 0.0031, union on a film 1.006 ± 0.005 and 1.005 ±
-/// 0.003. A hundredth is the tolerance's: at 10⁻⁶ and 2,000 points irradiance is 1.0036 and 1.0032, at 10⁻⁷
-/// and 6,000 it is 1.0008 and 0.9998, ± 0.003 to 0.004.
+/// Measured once with 6·10⁶ samples, for Vicini's field and Bangaru's: ball on a film 1.0026 ± 0.0017 and
+/// 1.0061 ± 0.0019, its irradiance 1.0108 ± 0.0030 and 1.0106 ± 0.0031, union on a film 1.006 ± 0.005 and
+/// 1.005 ± 0.003. One per cent is due to the tolerance: at 10⁻⁶ and 2,000 points irradiance is 1.0036 and
+/// 1.0032, at 10⁻⁷ and 6,000 it is 1.0008 and 0.9998, ± 0.003 to 0.004.
 #[test]
 fn smooth_shapes() {
     let mut power = Power::of("space_sdf::smooth_shapes");
@@ -117,7 +117,7 @@ fn smooth_shapes() {
     }
 }
 
-/// What must be rejected: fields that break a rule, and too few points.
+/// Controls that must be rejected: inconsistent fields, and too few points.
 #[test]
 fn controls_are_rejected() {
     let film = sphere(Outputs::Film);
@@ -129,7 +129,7 @@ fn controls_are_rejected() {
     {
         shadow.reject(&format!("{label} without −2 ω·U"), field, Terms::Unprojected, 100_000);
     }
-    // The medial axis between the two, where ∇φ jumps, and a field that reaches it.
+    // The medial axis between the two, where ∇φ is discontinuous, and a field that extends to it.
     let kinked = union(Outputs::Film, 0.0);
     kinked.reject("Vicini, m = 1", &ViciniField { reach: None, ..vicini() }, Terms::All, 500_000);
     let few = Case { tracer: Tracer { tolerance: 1e-4, max_steps: 22, ..TRACER }, ..film };

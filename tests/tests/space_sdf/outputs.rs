@@ -1,4 +1,4 @@
-//! What is integrated over directions: pixels of a film, or the irradiance of a receiver.
+//! Integrals over directions: pixels of a film, or the irradiance of a receiver.
 
 use std::f64::consts::{PI, TAU};
 
@@ -10,13 +10,13 @@ use volume3d::Sphere;
 const SIDE: usize = 4;
 /// Half the film's width at the distance 1.
 const HALF: f64 = 0.6;
-/// How far a pixel's filter reaches.
+/// Reach of a pixel's filter.
 const REACH: f64 = 0.25;
 
-/// Integrals ∫ h L dω with weights h that vanish where their support ends.
+/// Integrals ∫ h L dω with weights h that vanish at the ends of their support.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Outputs {
-    /// Of a pinhole camera that looks along z: a filter over dA = dω/cos³.
+    /// Pixels of a pinhole camera that looks along z: a filter over dA = dω/cos³.
     Film,
     /// h = (n·ω)₊/π.
     Irradiance(DVec3),

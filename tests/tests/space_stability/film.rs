@@ -1,4 +1,4 @@
-//! Film terms: flat shapes of constant radiance against the plane's exact arrangement.
+//! Film terms: flat shapes of constant radiance, compared with the plane's exact arrangement.
 
 use flatland::plane::Filter;
 use glam::DVec3;
@@ -8,13 +8,13 @@ use tests::space::worlds::CoverageCase;
 
 use super::row::{Right, Row};
 
-/// Corners on the film, from −1 to 1 across it, how far away they are, and how they move there.
+/// Position on the film, from −1 to 1 across it, distance, and velocity on the film.
 type Corner = (f64, f64, f64, [f64; 2]);
 
 /// A square and its camera.
 #[derive(Clone)]
 struct Film {
-    /// Triangles, the nearest first, of a radiance each.
+    /// Triangles with their radiance, the nearest first.
     triangles: Vec<([Corner; 3], f64)>,
     field_of_view: f64,
     scale: f64,
@@ -22,7 +22,7 @@ struct Film {
     side: usize,
 }
 
-/// A square that is cut off by the film's border, grows and turns, before another that stands still.
+/// A square, cut off by the film's border, that grows and rotates in front of a static one.
 fn base() -> Film {
     let grown =
         |x: f64, y: f64, depth: f64| (x, y, depth, [0.5 * (x - 0.4) - 0.3 * y, 0.5 * y + 0.3 * (x - 0.4)]);
@@ -68,7 +68,7 @@ impl Film {
         CoverageCase { mesh, camera, motion, filter: Filter::Tent, label: String::new() }
     }
 
-    /// The row, whose exact numbers are those of the scene where it is neither scaled nor moved away.
+    /// The table row; its exact numbers are those of the scene before scaling and displacement.
     fn row(&self, name: impl Into<String>, right: Right) -> Row {
         let plain = Self { scale: 1.0, offset: DVec3::ZERO, ..self.clone() }.case();
         let exact =
@@ -81,7 +81,7 @@ impl Film {
     }
 }
 
-/// A triangle of some aspect, which widens: its derivative does not vanish with its width.
+/// A triangle of a given aspect that widens, so that its derivative does not vanish with its width.
 fn sliver(aspect: f64) -> Film {
     let half = 0.7 / aspect;
     let corner = |x: f64, y: f64, dy: f64| (x, y, 1.0, [0.0, dy]);
@@ -89,7 +89,7 @@ fn sliver(aspect: f64) -> Film {
     Film { triangles: vec![(triangle, 1.0)], ..base() }
 }
 
-/// Two squares, the nearer of which grows, before the other of another radiance by a gap.
+/// Two squares separated by a gap in depth; the nearer one grows, and their radiances differ.
 fn gap(gap: f64) -> Film {
     let mut film = base();
     for (corners, radiance) in &mut film.triangles {
@@ -133,8 +133,8 @@ pub(crate) fn rows() -> Vec<Row> {
         );
     }
     for aspect in [1e3, 1e6, 1e9] {
-        // It is thinner than samples of the area are apart. Of the first three stated errors cover 17 of 30
-        // runs, and of the last one a part is thinner than rays are from an edge.
+        // It is thinner than the spacing of the samples. The stated errors of the first three cover 17 of 30
+        // runs, and a part of the last one is thinner than the distance of rays from an edge.
         let right = Right { image: false, edges: aspect > 1e4 && aspect < 1e8, ..Right::NONE };
         rows.push(sliver(aspect).row(format!("a sliver of aspect {aspect:e} that widens"), right));
     }

@@ -1,5 +1,5 @@
-//! Light that arrives on a ground past a plate that moves, against Lambert's formula on clipped polygons; for
-//! lamps so small that they are points, against the motion of the edges of their shadow.
+//! Light on a ground past a moving plate, compared with Lambert's formula on clipped polygons and, for lamps
+//! so small that they act as points, with the motion of the edges of the shadow.
 
 use std::f64::consts::PI;
 
@@ -22,11 +22,11 @@ const LAMP: DVec3 = DVec3::new(0.2, 1.0, 2.0);
 /// A lamp above a ground, and a plate below it.
 #[derive(Clone)]
 struct Light {
-    /// The lamp's size, in units of half a metre or so.
+    /// Size of the lamp, in units of about half a metre.
     lamp: f64,
-    /// Where the plate is between the ground, at 0, and the lamp, at 1.
+    /// Position of the plate between the ground, at 0, and the lamp, at 1.
     plate: Option<f64>,
-    /// Whether it is the lamp that moves.
+    /// Whether the lamp moves instead of the plate.
     lamp_moves: bool,
     scale: f64,
     offset: DVec3,
@@ -53,7 +53,7 @@ impl Light {
         Camera { origin: self.camera, right, up, forward, field_of_view, width: SIDE, height: SIDE }
     }
 
-    /// Facing down.
+    /// The lamp, facing down.
     fn lamp(&self) -> Surface {
         let half = DVec2::new(0.3, 0.25) * self.lamp;
         let corners = [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)];
@@ -69,9 +69,9 @@ impl Light {
     /// A plate whose shadow covers part of the view, and part of the lamp where it is close to the lamp.
     fn plate(&self) -> Option<Surface> {
         let at = self.plate?;
-        // From the ground's middle towards the lamp's.
+        // On the line from the ground's middle to the lamp's.
         let middle = at * LAMP;
-        // As seen from the ground it is as large as the lamp or the view, whichever is closer.
+        // Seen from the ground it is as large as the lamp or the view, whichever is closer.
         let (x, y) = (0.5 * at + 0.4 * (1.0 - at), 0.45 * at + 0.4 * (1.0 - at));
         let corners = [(-1.0, -0.9), (0.13, -0.8), (0.17, 0.85), (-1.05, 0.8)];
         let corners = corners.map(|(a, b)| middle + DVec3::new(x * a, y * b, 0.0));
@@ -104,7 +104,7 @@ impl Light {
         }
     }
 
-    /// Image and derivative, summed over pixels and channels, where nothing is scaled or moved away.
+    /// Image and derivative, summed over pixels and channels, before scaling and displacement.
     fn exact(&self) -> [Estimate; 2] {
         let plain = Self { scale: 1.0, offset: DVec3::ZERO, ..self.clone() };
         let pixels = plain.scene().image(3e-3).expect("an image");
@@ -137,7 +137,7 @@ impl Light {
         Row::new(name, Ok(scenes::direct(&self.scene())), None, derivative, right)
     }
 
-    /// Lamps in a square grid, all together of the power of one.
+    /// Lamps in a square grid, together of the power of one.
     fn row_of_many(&self, name: impl Into<String>, side: usize, right: Right) -> Row {
         let step = 1.0 / side as f64;
         let place = |i: usize| DVec3::new((i % side) as f64 + 0.37, (i / side) as f64 + 0.41, 0.0);
@@ -156,9 +156,9 @@ impl Light {
         Row::new(name, Ok(scenes::direct(&scene)), None, Estimate::exact(derivative), right)
     }
 
-    /// The derivative of the sum of all pixels and channels in the light of a point of one unit of radiance
-    /// times area: minus the light that the edges of the plate's shadow sweep over. A point p of the plate
-    /// has its shadow at P(p), on the line from the lamp.
+    /// The derivative of the sum of all pixels and channels for a point light of one unit of radiance times
+    /// area: minus the light that the edges of the plate's shadow sweep over. A point p of the plate has its
+    /// shadow at P(p), on the line from the lamp.
     fn edge_of_shadow(&self, lamp: DVec3) -> f64 {
         const NODES: usize = 400;
         let Some(plate) = self.plate() else { return 0.0 };
@@ -176,7 +176,8 @@ impl Light {
                 // dP along a displacement of p.
                 let shifted = |d: DVec3| stretch * (d - from * (d.z / from.z));
                 let (at, along, rate) = (lamp + stretch * from, shifted(b - a), shifted(v));
-                // The shadow is to the left of its edge where that turns counterclockwise, as the plate does.
+                // The shadow is to the left of its edge if the edge runs counterclockwise, as the plate's
+                // does.
                 let swept = rate.x * along.y - rate.y * along.x;
                 let to = lamp - at;
                 let light = to.z * to.z / to.length_squared().powi(2) * ALBEDO / PI;
@@ -187,8 +188,8 @@ impl Light {
     }
 }
 
-/// The sum of the filters of all pixels where a point of the ground is seen, times the area of the film that
-/// an area there has.
+/// The sum of all pixels' filters at the image of a ground point, times the ratio of film area to ground
+/// area.
 fn weight(camera: &Camera, film: &Film, at: DVec3) -> f64 {
     let (d, scale) = (at - camera.origin, 0.5 * SIDE as f64 / (0.5 * camera.field_of_view).tan());
     let z = d.dot(camera.forward);
@@ -238,7 +239,7 @@ pub(crate) fn rows() -> Vec<Row> {
         ));
     }
     if thorough() {
-        // A hundredth of all lamps are seen in part from any one place: samples of the area rarely find them.
+        // From any point, a hundredth of all lamps are partly occluded: samples of the area rarely find them.
         let right = Right { edges: true, ..Right::NONE };
         let many = BASE.row_of_many("the shadow in the light of 10,000 lamps", 100, right);
         rows.push(Row { samples: 16, ..many });

@@ -1,8 +1,8 @@
 //! Space at the extremes: a table of `RESULTS.md` that this test fills.
 //!
 //! `UPDATE_RESULTS=1 WARPED_AREA_TESTS=thorough cargo test --release -p tests --test space_stability` writes
-//! it. Without, few runs hold the cells that are known to be right to what is exact, and the table to the
-//! rows there are. `ONLY=words` looks at the rows whose names contain these words, and prints them.
+//! it. Otherwise few runs check the cells that are known to be right, and that the table has the same rows.
+//! `ONLY=words` restricts the test to rows whose names contain these words, and prints them.
 
 mod film;
 mod light;
@@ -60,7 +60,7 @@ fn the_table_shows_what_is_measured_at_the_extremes_of_space() {
     assert!(held.wrong.is_empty(), "{} cells are wrong", held.wrong.len());
 }
 
-/// The control: without what moves at jumps the plainest rows are wrong.
+/// The control: without the terms of moving discontinuities even the simplest rows are wrong.
 #[test]
 fn the_interior_term_alone_is_rejected() {
     for row in rows().into_iter().filter(|row| row.name.contains("nothing extreme")) {
@@ -68,7 +68,7 @@ fn the_interior_term_alone_is_rejected() {
     }
 }
 
-/// References that were measured are measured again, from other random numbers.
+/// Measured references are measured again, with other random numbers.
 #[test]
 fn references_by_differences_hold() {
     if !thorough() {

@@ -12,8 +12,8 @@ use volume3d::gradient::{
 };
 use volume3d::scene::Scene;
 
-/// Which cells of a row must be right: their slopes are 1 but for their errors, which are so small that a
-/// slope of 0 would be rejected.
+/// Cells of a row that must be right: their slopes are 1 up to their errors, which are small enough to reject
+/// a slope of 0.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Right {
     pub(crate) image: bool,
@@ -30,9 +30,9 @@ impl Right {
 /// Results of the cells that must be right.
 #[derive(Default)]
 pub(crate) struct Held {
-    /// Cells that are wrong, in words.
+    /// Messages about wrong cells.
     pub(crate) wrong: Vec<String>,
-    /// The smallest bias that each would have noticed, relative to the truth.
+    /// The smallest bias that each cell would have noticed, relative to the truth.
     pub(crate) noticed: Vec<f64>,
 }
 
@@ -41,20 +41,20 @@ pub(crate) struct Row {
     pub(crate) name: String,
     /// The motion, or the error of the scene.
     pub(crate) moving: Result<Moving, String>,
-    /// The sum of the image over pixels and channels, where it is known.
+    /// The sum of the image over pixels and channels, if known.
     pub(crate) image: Option<Estimate>,
-    /// The same of the derivative.
+    /// The sum of the derivative over pixels and channels.
     pub(crate) derivative: Estimate,
-    /// The step of the differences that the derivative was taken from; nothing if it is known otherwise.
+    /// The step of the differences from which the derivative was measured; `None` if it is known otherwise.
     pub(crate) step: Option<f64>,
-    /// Samples a pixel.
+    /// Samples per pixel.
     pub(crate) samples: usize,
     /// Factor on the number of runs.
     pub(crate) runs: f64,
     pub(crate) right: Right,
 }
 
-/// Samples a pixel, unless a row says otherwise.
+/// Samples per pixel, unless a row states otherwise.
 const SAMPLES: usize = 48;
 
 impl Row {
@@ -69,7 +69,7 @@ impl Row {
         Self { name, moving, image, derivative, step: None, samples: SAMPLES, runs: 1.0, right }
     }
 
-    /// With numbers that are known to rounding.
+    /// A row with numbers that are exact up to rounding.
     pub(crate) fn exact(
         name: impl Into<String>,
         moving: Moving,
@@ -80,8 +80,8 @@ impl Row {
         Self::new(name, Ok(moving), Some(Estimate::exact(image)), Estimate::exact(derivative), right)
     }
 
-    /// With a derivative by central differences at a step, which were measured before: [`Row::remeasure`]
-    /// does it again.
+    /// A row with a previously measured derivative by central differences at a step; [`Row::remeasure`]
+    /// repeats the measurement.
     pub(crate) fn differences(
         name: impl Into<String>,
         moving: Result<Moving, String>,
@@ -93,7 +93,7 @@ impl Row {
         Self { step: Some(step), ..Self::new(name, moving, None, derivative, right) }
     }
 
-    /// The reference by differences, from new random numbers.
+    /// The reference by differences, with new random numbers.
     pub(crate) fn remeasure(&self, samples: usize, runs: u64) -> Option<Estimate> {
         let (step, Moving { scene, change }) = (self.step?, self.moving.as_ref().ok()?);
         let film = &scene.description().film;
@@ -142,7 +142,7 @@ impl Row {
         ]
     }
 
-    /// Whether the interior term alone is found to be wrong, as it is where anything moves that is seen.
+    /// Whether the interior term alone is found to be wrong, as it must be if anything visible moves.
     pub(crate) fn notices_the_interior_alone(&self) -> bool {
         let Ok(Moving { scene, change }) = &self.moving else { return false };
         let interior = WarpedArea { warps: false, ..warped(self.samples) };
@@ -157,7 +157,7 @@ impl Row {
         Ok(Run { found, stated: Some(stated), warned: false })
     }
 
-    /// Many runs of an estimate, in words.
+    /// The table cell of many runs of an estimate.
     fn cell(
         &self,
         truth: Estimate,
@@ -195,8 +195,8 @@ impl Row {
                 <= 3.0 * stated.hypot(truth.standard_error) + ROUNDING * truth.mean.abs()
         };
         let covered = runs.iter().filter(covers).count();
-        // Eight groups: Student's distribution with seven degrees of freedom is beyond 3 in one run of 50. Of
-        // one sample a pixel there are two groups at most, of which no error can be told.
+        // Eight groups: Student's distribution with seven degrees of freedom is beyond 3 in one run of 50.
+        // With one sample per pixel there are at most two groups, which do not determine an error.
         if right && thorough() && self.samples > 1 && (covered as f64) < 0.7 * count as f64 {
             held.wrong.push(format!("{}, {what}: 3 errors cover {covered} of {count}", self.name));
         }
@@ -231,14 +231,14 @@ impl Row {
         match both {
             Ok((forward, reverse)) => {
                 let apart = (forward - reverse).abs() / forward.abs().max(self.derivative.mean.abs());
-                // NaN is not.
+                // NaN is not at most that.
                 if apart <= TRANSPOSED {
                     return tests::results::power_of_ten(apart);
                 }
                 held.wrong.push(format!("{}: {forward} forward, {reverse} in reverse", self.name));
                 format!("{apart:.0e}")
             }
-            // Forward mode reports the error.
+            // Forward mode reports the error instead.
             Err(_) => "–".to_owned(),
         }
     }
@@ -262,10 +262,9 @@ const ROUNDING: f64 = 1e-6;
 /// One run of an estimate.
 struct Run {
     found: f64,
-    /// The standard error that it states.
+    /// The standard error stated by the run.
     stated: Option<f64>,
-    /// Whether it says that its tails are heavy, that nothing was seen to change, or that samples were no
-    /// numbers.
+    /// Whether the run warns of heavy tails, of an image without visible change, or of non-finite samples.
     warned: bool,
 }
 

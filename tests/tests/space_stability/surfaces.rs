@@ -1,5 +1,5 @@
-//! What reflects, touches, is round, or has many triangles or bounces: against closed forms where there are
-//! any, and otherwise against central differences with common random numbers.
+//! Reflecting, touching and round surfaces, many triangles and many bounces: compared with closed forms where
+//! there are any, otherwise with central differences with common random numbers.
 
 use std::f64::consts::PI;
 
@@ -21,7 +21,7 @@ use super::row::{Right, Row};
 
 const SIDE: usize = 6;
 
-/// A scene before a camera in the dark, with light reflected `bounces` times.
+/// A scene without environment in front of a camera, with light reflected `bounces` times.
 fn dark(from: DVec3, to: DVec3, field_of_view: f64, bounces: usize) -> Description {
     let camera = Camera::look_at(from, to, DVec3::Z, field_of_view);
     let mut d = Description::new(camera, film(SIDE, Filter::Tent { radius: 1.0 }));
@@ -36,7 +36,7 @@ fn moving(d: Description, change: impl FnOnce(&Scene, &mut Tangent)) -> Result<M
     Ok(Moving { scene, change: tangent })
 }
 
-/// A square that grows over a floor of metal of some roughness, seen only by reflection.
+/// A square that grows over a metal floor of some roughness, visible only by reflection.
 mod metal {
     use super::*;
 
@@ -61,7 +61,7 @@ mod metal {
         moving(d, |scene, change| change.scale(scene, 1, MIDDLE, 1.0))
     }
 
-    /// Image and derivative of an ideal mirror: of the square below the floor.
+    /// Image and derivative for an ideal mirror: they show the square mirrored below the floor.
     pub(super) fn mirrored() -> [f64; 2] {
         let below = |p: DVec3| DVec3::new(p.x, p.y, -p.z);
         let mesh = plate(MIDDLE, DVec3::new(0.1, -1.0, -1.0), HALF);
@@ -80,7 +80,7 @@ mod metal {
     }
 }
 
-/// A cube that grows upwards and sideways over a floor, by a gap or none, lit by a lamp that is not seen.
+/// A cube that grows upwards and sideways over a floor, with or without a gap, lit by an invisible lamp.
 fn over_a_floor(gap: f64) -> Result<Moving, String> {
     let mut d = dark(DVec3::new(0.4, -3.0, 2.2), DVec3::new(0.0, 0.0, 0.2), 0.6, 1);
     let grey = d.add_material(Material::diffuse("grey", DVec3::splat(0.7)));
@@ -100,7 +100,7 @@ fn over_a_floor(gap: f64) -> Result<Moving, String> {
     moving(d, |scene, change| change.scale(scene, 1, foot, 1.0))
 }
 
-/// The same of an implicit ball.
+/// The same for an implicit ball.
 fn ball_over_a_floor(gap: f64) -> Result<Moving, String> {
     let mut d = dark(DVec3::new(0.4, -3.0, 2.2), DVec3::new(0.0, 0.0, 0.2), 0.6, 1);
     let grey = d.add_material(Material::diffuse("grey", DVec3::splat(0.7)));
@@ -114,7 +114,7 @@ fn ball_over_a_floor(gap: f64) -> Result<Moving, String> {
     moving(d, |_, change| change.implicits[0].parameters = vec![0.0, 0.0, 1.0, 1.0])
 }
 
-/// A lamp that grows in a closed room with a block, where light is reflected many times.
+/// A lamp that grows in a closed room with a block and many bounces.
 fn room(bounces: usize) -> Result<Moving, String> {
     let mut d = dark(DVec3::new(0.2, -0.9, 0.1), DVec3::new(0.0, 0.4, -0.3), 1.0, bounces);
     d.film = film(3, Filter::Tent { radius: 1.0 });
@@ -130,7 +130,7 @@ fn room(bounces: usize) -> Result<Moving, String> {
     moving(d, |scene, change| change.scale(scene, 2, lamp, 1.0))
 }
 
-/// A closed room whose walls shine by 1 and reflect a part a of what arrives, by what they reflect: Σ j aʲ⁻¹,
+/// A closed room whose walls emit 1 and reflect a fraction a; the derivative by that fraction is Σ j aʲ⁻¹,
 /// everywhere.
 fn furnace(name: &str, bounces: usize) -> Row {
     const ALBEDO: f64 = 0.8;
@@ -147,7 +147,7 @@ fn furnace(name: &str, bounces: usize) -> Row {
     Row::new(name, moving, Some(image), rate, Right::ALL)
 }
 
-/// A black ball that grows before a white sky.
+/// A black ball that grows in front of a white sky.
 #[derive(Clone, Copy)]
 struct Sky {
     scale: f64,
@@ -162,7 +162,7 @@ const FIELD_OF_VIEW: f64 = 0.9;
 impl Sky {
     fn description(self) -> Description {
         let mut d = dark(self.offset + self.scale * DISTANCE * DVec3::X, self.offset, FIELD_OF_VIEW, 0);
-        // `look_at` takes a direction from two places, of which little is left far from the origin.
+        // `look_at` subtracts two positions, which loses digits far from the origin.
         let near = Camera::look_at(DISTANCE * DVec3::X, DVec3::ZERO, DVec3::Z, FIELD_OF_VIEW);
         d.camera = Camera { origin: d.camera.origin, ..near };
         d.environment = Some(Environment::Constant { id: "sky".to_owned(), radiance: DVec3::ONE });
@@ -199,7 +199,7 @@ impl Sky {
     }
 }
 
-/// The unit ball of 4 · rings² triangles, but for the poles.
+/// The unit ball of 4 · rings² triangles, except at the poles.
 fn ball(rings: u32) -> Mesh {
     let around = 2 * rings;
     let mut positions = vec![DVec3::Z, DVec3::NEG_Z];

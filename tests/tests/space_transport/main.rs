@@ -1,12 +1,12 @@
-//! Whole paths against central differences with common random numbers, where there is no closed form, and
-//! forward against reverse mode for every parameter.
+//! Whole paths, compared with central differences with common random numbers where there is no closed form;
+//! and forward with reverse mode for every parameter.
 //!
-//! Every scene is one number: its gradient image in the weights of a rough, independent estimate of it, so
-//! that parts of opposite sign do not cancel and every pixel counts as it should. Differences are biased by
-//! powers of their step. They are extrapolated from three steps (Richardson), and what the last two
-//! extrapolations differ by is allowed as error, beside the standard errors of both sides. Edge sampling,
-//! whose samples have light tails, is compared with them; it is then what warped area is compared with. Every
-//! method must reject what is wrong with its own terms, a bias of [`NOTICED`] among it.
+//! Every scene is reduced to one number: its gradient image weighted by a rough, independent estimate of it,
+//! so that parts of opposite sign do not cancel and every pixel counts by its size. Differences are biased by
+//! powers of their step. They are extrapolated from three steps (Richardson); the difference between the last
+//! two extrapolations is allowed as error, in addition to the standard errors of both sides. Edge sampling,
+//! whose samples have light tails, is compared with the differences, and warped area with edge sampling.
+//! Every method must reject errors in its own terms, among them a bias of [`NOTICED`].
 
 mod methods;
 mod parameters;
@@ -63,7 +63,7 @@ fn conductor(id: &str, alpha: f64) -> Material {
     Material::new(id, bsdf, true)
 }
 
-/// A floor that a camera sees nothing else of, a lamp above it, and something between them.
+/// A floor that fills the view, a lamp above it, and an object between them.
 fn court(depth: usize, floor: Material, thing: Option<Mesh>) -> Description {
     let camera = Camera::look_at(DVec3::new(0.0, 1.2, 1.6), DVec3::ZERO, DVec3::Y, 0.35);
     let mut d = Description::new(camera, film(3, TENT));
@@ -81,7 +81,7 @@ fn court(depth: usize, floor: Material, thing: Option<Mesh>) -> Description {
     d
 }
 
-/// A scene and what moves in it.
+/// A scene and its motion.
 fn known(d: Description, moves: impl Fn(&Scene, &mut Tangent), label: &str) -> Known {
     let scene = Scene::new(d).expect("a scene");
     let mut change = Tangent::still(&scene);
@@ -116,7 +116,7 @@ fn direct_light() {
     );
 }
 
-/// A plate that reflects on both sides, seen from behind and lit from there.
+/// A two-sided reflecting plate, seen and lit from behind.
 #[test]
 fn two_sided_surfaces_from_behind() {
     let mut power = Power::of("space_transport::two_sided_surfaces_from_behind");
@@ -130,7 +130,7 @@ fn two_sided_surfaces_from_behind() {
     compare(&mut power, known(d, fall, "a plate from behind"), 4.5e-2, [3, 1, 1], ALL);
 }
 
-/// Without normals of its own a sphere is a body of 128 faces, of which every edge is a jump.
+/// Without vertex normals a sphere is a polyhedron of 128 faces, of which every edge is a discontinuity.
 #[test]
 fn a_flat_shaded_body() {
     let mut power = Power::of("space_transport::a_flat_shaded_body");
@@ -145,7 +145,7 @@ fn a_flat_shaded_body() {
     compare(&mut power, known(d, turn, "a flat-shaded body turns"), 4.5e-2, [4, 2, 2], FILM);
 }
 
-/// A floor that sees no lamp: its light comes from a ceiling, past a block that moves and is lit too.
+/// A floor that sees no lamp: its light comes from a ceiling, past a moving block that is lit too.
 #[test]
 fn light_scattered_several_times() {
     let mut power = Power::of("space_transport::light_scattered_several_times");
@@ -167,7 +167,7 @@ fn light_scattered_several_times() {
 #[test]
 fn glossy_reflection() {
     let mut power = Power::of("space_transport::glossy_reflection");
-    // The first is nearly a mirror: its lobe is 3 degrees wide, and few samples find what they need.
+    // The first is nearly a mirror: its lobe is 3 degrees wide, and few samples hit the relevant directions.
     for (alpha, times) in [(0.03, [3, 4, 4]), (0.1, [2, 1, 1]), (0.3, [1, 1, 1])] {
         if alpha != 0.1 && !thorough() {
             continue;
@@ -182,7 +182,7 @@ fn glossy_reflection() {
     }
 }
 
-/// A smooth-shaded sphere as occluder and in view, and a floor that tilts under it.
+/// A smooth-shaded sphere as occluder and in view, and a floor that tilts below it.
 #[test]
 fn a_smooth_sphere() {
     let mut power = Power::of("space_transport::a_smooth_sphere");
@@ -193,7 +193,7 @@ fn a_smooth_sphere() {
     };
     compare(&mut power, known(d, fall, "shadow of a sphere"), 3e-2, [1, 1, 1], ALL);
     if !thorough() {
-        // Differences of what is seen itself are noisy: a smooth cube in view has to do.
+        // Differences of a visible object are noisy: a smooth cube in view suffices.
         return;
     }
     let mut d = court(2, Material::diffuse("floor", DVec3::splat(0.1)), thing);
@@ -205,7 +205,7 @@ fn a_smooth_sphere() {
     compare(&mut power, known(d, grow, "a sphere in view"), 4.5e-2, [6, 4, 2], FILM);
 }
 
-/// A cube with normals as a ball's, which turns its other side to the camera and to the floor far from any
+/// A cube with a sphere's normals, which turns its other side to the camera and to the floor far from any
 /// edge.
 #[test]
 fn a_smooth_cube() {

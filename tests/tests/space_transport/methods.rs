@@ -1,4 +1,4 @@
-//! What every method makes of a scene, and what it must reject of its own.
+//! Estimates of a scene by every method, and the controls that each must reject.
 
 use std::time::Instant;
 
@@ -9,7 +9,7 @@ use tests::space::campaign::{Known, warped};
 use tests::statistics::student;
 use volume3d::gradient::{EdgeSampling, FiniteDifference, GradientImage, Progress, WarpedArea};
 
-/// What a method finds with a seed, by its terms.
+/// The estimate of a method with a seed, by its terms.
 type Method = fn(&Known, u64) -> GradientImage;
 
 const METHODS: [(&str, Method); 2] = [
@@ -30,19 +30,19 @@ const METHODS: [(&str, Method); 2] = [
     }),
 ];
 
-/// What is wrong on purpose: factors of a method's own interior, primary and secondary term.
+/// A deliberate error: factors on a method's own interior, primary and secondary term.
 pub(crate) type Control = (&'static str, [f64; 3]);
 
-/// Nothing that jumps moves.
+/// No moving discontinuities.
 const INTERIOR: Control = ("interior alone", [1.0, 0.0, 0.0]);
-/// What jumps moves on the film only.
+/// Moving discontinuities on the film only.
 const PRIMARY: Control = ("no secondary term", [1.0, 1.0, 0.0]);
-/// All that jumps moves the other way.
+/// All discontinuities move in the opposite direction.
 const FLIPPED: Control = ("flipped", [1.0, -1.0, -1.0]);
 
-/// Where shadows and reflections count.
+/// For scenes with shadows and reflections.
 pub(crate) const ALL: &[Control] = &[INTERIOR, PRIMARY, FLIPPED];
-/// Where only what is on the film jumps.
+/// For scenes with discontinuities on the film only.
 pub(crate) const FILM: &[Control] = &[INTERIOR, FLIPPED];
 
 /// Interior, primary and secondary term of every run.
@@ -56,9 +56,9 @@ fn terms(k: &Known, runs: u64, method: Method) -> Vec<[f64; 3]> {
     (0..runs).into_par_iter().map(run).collect()
 }
 
-/// Both methods on a scene, and what each must reject of its own. `times` says how many times as many
-/// independent runs as there are at least differences, edge sampling and warped area are given: the spread of
-/// each is estimated by as many degrees of freedom.
+/// Both methods on a scene, and the controls that each must reject. `times` are factors on the minimum number
+/// of independent runs of differences, edge sampling and warped area; the number of runs gives the degrees of
+/// freedom of each standard error.
 pub(crate) fn compare(power: &mut Power, k: Known, step: f64, times: [u64; 3], controls: &[Control]) {
     let k = k.focused(16384, 4e-2);
     let [difference_runs, edge_runs, warped_runs] = times.map(|times| 96 * times);
@@ -73,7 +73,8 @@ pub(crate) fn compare(power: &mut Power, k: Known, step: f64, times: [u64; 3], c
         println!("{name}: {:.1} s", start.elapsed().as_secs_f64());
         let compared = |factors: [f64; 3]| {
             let runs = terms.iter().map(|t| t.iter().zip(factors).map(|(t, f)| t * f).sum());
-            // Of two errors the one with fewer runs is taken to be all: the limit is on the safe side.
+            // The combined error is treated as if all of it came from the smaller number of runs: the limit
+            // is conservative.
             let limit = student(count.min(difference_runs) - 1);
             Comparison { found: Estimate::of(runs), reference, limit, slack }
         };

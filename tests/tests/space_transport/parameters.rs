@@ -1,4 +1,5 @@
-//! Forward against reverse mode for every parameter, and those that are not geometry against differences.
+//! Forward compared with reverse mode for every parameter, and derivatives by parameters other than geometry
+//! compared with differences.
 
 use flatland::random::{open01, stream};
 use glam::{DMat3, DQuat, DVec2, DVec3};
@@ -18,7 +19,8 @@ use volume3d::scene::{
 
 use super::{TENT, conductor, court, known, sphere};
 
-/// Everything a scene can have: textures, two kinds of facets, smooth normals, all lights that may be warped.
+/// All features of a scene: textures, two microfacet distributions, smooth normals, all lights that may be
+/// warped.
 fn everything() -> Description {
     let mut d = court(6, conductor("metal", 0.25), Some(sphere(DVec3::new(0.05, 0.7, -0.2), 0.3)));
     d.camera = Camera::look_at(DVec3::new(0.0, 1.2, 1.6), DVec3::new(0.05, 0.4, -0.2), DVec3::Y, 0.9);
@@ -74,7 +76,7 @@ fn random_tangent(scene: &Scene, seed: u64) -> Tangent {
     change
 }
 
-/// ⟨δ, J v⟩ = ⟨Jᵀ δ, v⟩ for every parameter at once and for each family by itself.
+/// ⟨δ, J v⟩ = ⟨Jᵀ δ, v⟩ for all parameters at once and for each family by itself.
 #[test]
 fn reverse_mode_is_the_transpose_for_every_parameter() {
     transposes(&[Filter::Tent { radius: 1.0 }, Filter::Gaussian { deviation: 0.5 }]);
@@ -124,8 +126,8 @@ fn transposes(filters: &[Filter]) {
     println!("forward against reverse, through whole paths: worst {worst:.1e}");
 }
 
-/// What is not geometry: reflectance, roughness, texels, radiance, light and its pose, against differences of
-/// the image with common random numbers, whose paths are the same.
+/// Parameters other than geometry (reflectance, roughness, texels, radiance, light and its pose), compared
+/// with differences of the image with common random numbers, which follow the same paths.
 #[test]
 fn parameters_that_are_not_geometry() {
     let base = || {
@@ -133,10 +135,10 @@ fn parameters_that_are_not_geometry() {
         d.integrator.max_depth = Some(pick(3, 6));
         d
     };
-    /// A name, a step of differences, how many times the runs, the rate and the displacement.
+    /// A name, a step of differences, a factor on the number of runs, the rate and the displacement.
     type Parameter = (&'static str, f64, u64, fn(&mut Tangent), fn(&mut Description, f64));
-    // Of radiance and irradiance the image is a linear function: a step may be as long as it likes. Those of
-    // the last two are off by up to a percent.
+    // The image is linear in radiance and irradiance: their step may have any length. The differences of the
+    // last two are wrong by up to a percent.
     let edits: [Parameter; 5] = [
         (
             "texels",

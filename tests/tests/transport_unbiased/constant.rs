@@ -13,8 +13,8 @@ use tests::transport::worlds::Case;
 
 use super::{SAMPLES, edges, warped};
 
-/// What is 0, or known without computing anything: furnaces, a floor that slides under itself, all
-/// things and the camera moved as one. Noise is measured by what cancels: the terms and the image.
+/// Values that are 0, or known without computation: furnaces, a floor that slides under itself, all objects
+/// and the camera moved together. Noise is relative to the quantities that cancel: the terms and the image.
 #[test]
 fn what_is_known_by_an_argument() {
     let mut power = Power::of("transport_unbiased::what_is_known_by_an_argument");
@@ -41,7 +41,7 @@ fn what_is_known_by_an_argument() {
                 }),
             ];
             for ((name, method), worst) in methods.into_iter().zip(&mut worst) {
-                // Longer where noise would hide everything: what decides is the noise alone.
+                // More paths where noise would hide a bias: the number depends on the noise alone.
                 let (mut samples, mut found) = (SAMPLES, method(SAMPLES));
                 let (mut error, mut scale) = noise(&found, image);
                 while suite_threshold() * error > 0.13 * scale && samples < 1000 * SAMPLES {
@@ -51,7 +51,7 @@ fn what_is_known_by_an_argument() {
                 }
                 let total = found.total();
                 let off = total.iter().sum::<f64>() - total.len() as f64 * constant.derivative;
-                // Rounding where samples do not differ.
+                // Rounding, if samples do not differ.
                 let z = off / error.max(1e-9);
                 assert!(z.abs() < suite_threshold(), "{name}: off by {off} ± {error}, {label}");
                 *worst = worst.max(z.abs());
@@ -62,11 +62,10 @@ fn what_is_known_by_an_argument() {
     println!("known by an argument: worst |z| {worst:.2?}");
 }
 
-/// A method by how many paths a pixel it is given.
+/// The estimate of a method from a number of paths per pixel.
 type Sampled<'a> = &'a dyn Fn(usize) -> GradientImage;
 
-/// The standard error of the sum of all pixels, and what it is measured by: the image and the terms that
-/// cancel.
+/// The standard error of the sum of all pixels, and its scale: the image and the terms that cancel.
 fn noise(found: &GradientImage, image: f64) -> (f64, f64) {
     let terms: f64 = found.mean.iter().flat_map(|t| t.to_array()).map(f64::abs).sum();
     (found.standard_error.total.iter().map(|e| e * e).sum::<f64>().sqrt(), image + terms)

@@ -1,9 +1,9 @@
-//! Unbiasedness along whole paths, against exact derivatives, with the controls that must be rejected
+//! Unbiasedness along whole paths, compared with exact derivatives, with the controls that must be rejected
 //! on the same worlds.
 //!
-//! Worlds without any discontinuity come first: only cosines, distances and lobes change there. Then
-//! those whose film sees no jump (`Kind::Direct`), then all others. Seeds are fixed, and the false-alarm rate
-//! is that of the whole suite.
+//! Worlds without any discontinuity come first: only cosines, distances and lobes change there. They are
+//! followed by worlds without discontinuities on the film (`Kind::Direct`), and by all others. Seeds are
+//! fixed, and the false-alarm rate is shared by the whole suite.
 
 mod constant;
 mod softened;
@@ -28,18 +28,19 @@ use tests::transport::worlds::{Case, Kind, Moving};
 /// Light scattered once.
 static ONCE: LazyLock<Vec<Known>> = LazyLock::new(|| known(&Kind::GENERIC, &Moving::ALL, pick(10, 16), 1));
 
-/// As many for the harmonic field, whose slope between two jumps is one over their distance: where they
-/// nearly coincide no affordable number of samples tells a zero. More samples of few worlds say more.
+/// The number of worlds for the harmonic field, whose slope between two discontinuities is one over their
+/// distance: where they nearly coincide, no affordable number of samples confirms a zero. More samples of
+/// fewer worlds reveal more.
 static FEW: LazyLock<Vec<Known>> = LazyLock::new(|| known(&Kind::GENERIC, &Moving::ALL, 10, 1));
 
-/// Others of them, for what is far off.
+/// Other worlds, for large biases.
 static SOME: LazyLock<Vec<Known>> = LazyLock::new(|| known(&Kind::GENERIC, &Moving::ALL, pick(3, 8), 1));
 
-/// The same, without a jump over the film; the light's ends are jumps over directions.
+/// Worlds without discontinuities on the film; the light's ends are discontinuities over directions.
 static UNBROKEN: LazyLock<Vec<Known>> =
     LazyLock::new(|| known(&[Kind::Direct], &Moving::ALL, pick(20, 24), 1));
 
-/// Without any jump at all: a tilted glossy floor alone under a sky, beyond the view on both sides.
+/// Worlds without any discontinuity: a tilted glossy floor alone under a sky, beyond the view on both sides.
 static SMOOTH: LazyLock<Vec<Known>> = LazyLock::new(|| {
     let p = |x: f64, y: f64| DVec2::new(x, y);
     let mut all = vec![];
@@ -81,7 +82,7 @@ fn reject(name: &str, known: &[Known], estimate: impl Fn(&Known, u64) -> Estimat
     Verdict::of(known, estimate).reject(name, limits());
 }
 
-/// Paths a pixel, in each of two halves.
+/// Paths per pixel, in each of two halves.
 const SAMPLES: usize = 352;
 
 fn warped(construction: Construction) -> WarpedArea {
@@ -100,9 +101,9 @@ fn edges() -> EdgeSampling {
 fn worlds_without_a_jump() {
     let mut power = Power::of("transport_unbiased::worlds_without_a_jump");
     let long = |times, construction| WarpedArea { samples: times * SAMPLES, ..warped(construction) };
-    // Here every field is right: none at all, one that would jump at silhouettes, and the method's.
+    // Here every field is valid: no field, one that is discontinuous at silhouettes, and the method's own.
     accept(&mut power, "no jump, no warp", &SMOOTH, &long(8, Construction::Still));
-    // Auxiliary rays are noisy, and so are velocities that do not fade.
+    // Auxiliary rays are noisy, and so are velocities without fading.
     accept(&mut power, "no jump, direct field", &SMOOTH, &long(32, Construction::Direct));
     accept(&mut power, "no jump, warped area", &SMOOTH, &long(32, Construction::default()));
     let attached = WarpedArea { fault: Some(Fault::AttachedDensity), ..long(8, Construction::Still) };
@@ -118,9 +119,9 @@ fn worlds_without_a_jump_over_the_film() {
     accept(&mut power, "film without a jump, edge sampling", &UNBROKEN, &edges());
 }
 
-/// Doubling the paths must halve the square of a standard error if variances are finite: so it does, to a
-/// factor of 2, in nearly all worlds for the harmonic field and edge sampling. The default makes no
-/// such promise: in penumbras its variance is not finite.
+/// If variances are finite, doubling the paths halves the square of a standard error: for the harmonic field
+/// and edge sampling it does, to a factor of 2, in nearly all worlds. The default does not promise this: in
+/// penumbras its variance is not finite.
 #[test]
 fn standard_errors_settle() {
     let settled = |name: &str, method: &(dyn Fn(&Known, usize) -> Estimate + Sync)| {
@@ -140,8 +141,8 @@ fn standard_errors_settle() {
     assert!(harmonic > 0.85 && edges > 0.85, "{harmonic} {edges}");
 }
 
-/// The largest |z| belongs to a glowing world in which two jumps nearly coincide: its standard error has
-/// not settled even with hundreds of times as many paths, so that its z is not normal.
+/// The largest |z| occurs in a glowing world in which two discontinuities nearly coincide: its standard error
+/// has not converged even with hundreds of times as many paths, so that its z is not normal.
 #[test]
 fn warped_area_with_multilevel_debiasing() {
     let mut power = Power::of("transport_unbiased::warped_area_with_multilevel_debiasing");
@@ -159,8 +160,9 @@ fn warped_area_with_other_warps() {
     accept(&mut power, "the plane's default", &ONCE, &with(Warp::default()));
 }
 
-/// Russian roulette has infinite variance, so that no single world's error is normal: where two jumps
-/// nearly coincide, |z| of a world exceeds the limit. What is tested is the regression over all worlds.
+/// Russian roulette has infinite variance, so that no single world's error is normal: where two
+/// discontinuities nearly coincide, |z| of a world exceeds the limit. The test is the regression over all
+/// worlds.
 #[test]
 fn russian_roulette() {
     let debias = Debias::RussianRoulette { rays: 8, tail: 1.5 };
@@ -228,8 +230,8 @@ fn controls_are_rejected() {
     }
 }
 
-/// A floor that sees no light but a wall's, and a block that shades the wall: all that moves on the
-/// film is a shadow two surfaces away.
+/// A floor lit only by a wall, and a block that shades the wall: the only motion on the film is of a shadow
+/// two surfaces away.
 #[test]
 fn a_shadow_seen_by_reflection() {
     let mut power = Power::of("transport_unbiased::a_shadow_seen_by_reflection");
@@ -255,11 +257,11 @@ fn a_shadow_seen_by_reflection() {
     reject("no warp at the second bounce", &known, |k, seed| k.total(seed, &fault));
 }
 
-/// Central differences are biased by h² and noisy by 1/h: of a world that they can manage.
+/// Central differences have a bias of h² and noise of 1/h: a world on which both are small.
 #[test]
 fn finite_differences() {
     let rooms = |k: &&Known| k.case.label.contains("Room") && k.exact.abs() > 0.1 * k.scale;
-    let k = ONCE.iter().find(rooms).expect("a room in which something moves");
+    let k = ONCE.iter().find(rooms).expect("a room with a moving shape");
     let method = FiniteDifference { samples: 250_000, step: 3e-3, ..FiniteDifference::default() };
     let found = k.total(1, &method);
     let (reference, slack) = (Estimate::exact(k.exact), 1e-3 * k.exact.abs());

@@ -1,5 +1,4 @@
-//! Softened means over jumps with samples of what they leave to the boundary, from the exact mean to edge
-//! sampling.
+//! Softened means over discontinuities with samples of their residual, from the exact mean to edge sampling.
 
 use std::sync::LazyLock;
 
@@ -27,7 +26,7 @@ const REACH: f64 = 8.0;
 static MOVED: LazyLock<Vec<Known>> =
     LazyLock::new(|| known(&Kind::GENERIC, &Moving::GEOMETRIC, pick(5, 10), 1));
 
-/// With so many reaches of softness.
+/// A softness in units of the reach.
 fn softened(reaches: f64) -> WarpedArea {
     warped(Construction::Softened { reach: REACH, softness: reaches * REACH })
 }
@@ -44,8 +43,8 @@ fn softened_means_over_jumps() {
     }
 }
 
-/// Reverse mode by itself: the gradient along the change, with the standard error of the same samples
-/// forward.
+/// Reverse mode by itself: the gradient along the change, with the standard error of the same samples in
+/// forward mode.
 #[test]
 fn softened_means_over_jumps_in_reverse() {
     let mut power = Power::of("transport_unbiased::softened_means_over_jumps_in_reverse");
@@ -66,15 +65,15 @@ fn softened_controls_are_rejected() {
         let without = k.total(seed, &faulty(Fault::NoResidual)).scaled(2.0);
         without.plus(k.total(!seed, &whole).scaled(-1.0))
     });
-    // As if the ends of what is seen were followed however narrow it is.
+    // As if the ends of the visible segment were followed however narrow it is.
     reject("softened ends left out", &SOME, |k, seed| k.total(seed, &faulty(Fault::OneSided)));
 }
 
-/// How far apart two plates are.
+/// Distance between two plates.
 const GAP: f64 = 1e-6;
 
-/// Two black plates with a gap between them, one of which moves, over a floor: from above the floor is seen
-/// to shine through the gap, and from below it is lit through it.
+/// Two black plates with a gap between them, one of which moves, over a floor: from above, the floor is
+/// visible through the gap; from below, it is lit through it.
 fn gap(is_above: bool) -> (World, Camera, Tangent) {
     let p = DVec2::new;
     let shine = if is_above { 1.5 } else { 0.0 };
@@ -92,17 +91,17 @@ fn gap(is_above: bool) -> (World, Camera, Tangent) {
     (world, camera, change)
 }
 
-/// So many samples: doubled four times.
+/// Numbers of samples, doubled four times.
 const NUMBERS: [usize; 5] = [32, 64, 128, 256, 512];
 
-/// a, of errors ∝ nᵃ.
+/// Exponent a of errors ∝ nᵃ.
 fn exponent(errors: [f64; 5]) -> f64 {
     regression_slope(&NUMBERS.map(|n| (n as f64).ln()), &errors.map(f64::ln))
 }
 
-/// In a tight gap the square of an error falls by half whenever samples double, from few samples on: none is
-/// rare and large. The exact mean has what moves there in samples of the gap, one in a million, and all
-/// others know nothing of it: its error is all of the derivative, and more where one is met.
+/// In a tight gap the square of an error halves whenever samples double, even for few samples: no sample is
+/// rare and large. The exact mean concentrates the motion there in samples of the gap, one in a million, and
+/// no other sample sees it: its error is the whole derivative, and more when such a sample occurs.
 #[test]
 fn softened_samples_of_a_tight_gap_have_short_tails() {
     let mut power = Power::of("transport_unbiased::softened_samples_of_a_tight_gap_have_short_tails");
@@ -110,7 +109,7 @@ fn softened_samples_of_a_tight_gap_have_short_tails() {
         let (world, camera, change) = gap(is_above);
         let exact = Exact::default().gradient(&world, &camera, &change).expect("differentiable");
         let exact = exact.pixels[0].total();
-        // What so many runs find at each number of samples, and their root mean square errors.
+        // Results of the runs at each number of samples, and their root mean square errors.
         let runs = |construction| {
             let found = NUMBERS.map(|samples| {
                 let seeds = 10_000 * samples as u64;
@@ -131,9 +130,9 @@ fn softened_samples_of_a_tight_gap_have_short_tails() {
         let (exponent, ratio) = (exponent(errors), (of_mean[4] / errors[4]).powi(2));
         println!("{label}: errors {errors:.4?} of {exact:.4} fall as n^{exponent:.3}");
         println!(
-            "those of the exact mean are {of_mean:.4?}, the last {ratio:.0} times as large by its square"
+            "errors of the exact mean are {of_mean:.4?}; the square of the last is {ratio:.0} times as large"
         );
-        // Of normal errors, the exponent of so many runs is known to 0.023.
+        // For normal errors, the exponent from these runs has a standard error of 0.023.
         assert!((exponent + 0.5).abs() < 0.1, "{label}: {exponent}");
         assert!(ratio > 10.0, "{label}: {ratio}");
         let last = found.into_iter().next_back().expect("the last");

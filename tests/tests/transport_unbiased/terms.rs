@@ -1,4 +1,4 @@
-//! Interior, primary and secondary terms, each by itself.
+//! Interior, primary and secondary term, each by itself.
 
 use flatland::estimator::transport::GradientImage;
 use flatland::transport::exact::Exact;
@@ -29,7 +29,7 @@ impl Reference for Term<'_> {
 
 const TERMS: [&str; 3] = ["interior", "primary", "secondary"];
 
-/// What the exact engine says of every term.
+/// The terms of the exact engine.
 fn terms(known: &Known) -> [Term<'_>; 3] {
     let Case { world, camera, change, label } = &known.case;
     let exact = Exact::default().gradient(world, camera, change).expect("differentiable");
@@ -51,7 +51,7 @@ impl Term<'_> {
     }
 }
 
-/// Both halves of what a method finds, term by term.
+/// Both halves of a method's estimate, term by term.
 fn found(all: &[[Term<'_>; 3]], method: &impl Sampler) -> Vec<[[Estimate; 2]; 3]> {
     let of = |terms: &[Term<'_>; 3]| {
         let halves = [0, 1].map(|seed| terms[0].known.run(seed, method));
@@ -60,7 +60,7 @@ fn found(all: &[[Term<'_>; 3]], method: &impl Sampler) -> Vec<[[Estimate; 2]; 3]
     all.par_iter().map(of).collect()
 }
 
-/// Each term has one value, whatever the method: what the exact engine says.
+/// Each term has the value of the exact engine, whatever the method.
 #[test]
 fn terms_are_those_of_the_exact_engine() {
     let mut power = Power::of("transport_unbiased::terms_are_those_of_the_exact_engine");
@@ -72,7 +72,7 @@ fn terms_are_those_of_the_exact_engine() {
             let pairs = all.iter().zip(halves).map(|(terms, halves)| (&terms[which], &halves[which]));
             Verdict::on(pairs.filter(|(term, _)| counts(term)))
         };
-        // Where nothing moves but what the camera sees, the harmonic field's primary term is noise that
+        // Where only objects seen by the camera move, the harmonic field's primary term is noise that
         // cancels.
         let harmonic = on(&harmonic, &|term| term.exact != 0.0);
         harmonic.accept(&mut power, &format!("{name} term, harmonic field"), limits());

@@ -83,9 +83,9 @@ fn cosine(node: usize) -> f64 {
     (node as f64 / (NODES - 1) as f64).max(1e-6)
 }
 
-/// Mean over the facets visible from a direction, D G₁(θᵢ) (v·m)⁺/cos θᵢ, of a function of v·m and of the
-/// facet's height m·n, which returns the height of the outgoing direction and the fraction of light there;
-/// shadowed light is excluded.
+/// Mean over the facets visible from a direction, with weight D G₁(θᵢ) (v·m)⁺/cos θᵢ, of a function of v·m
+/// and of the facet's height m·n. The function returns the height of the outgoing direction and the fraction
+/// of light there; shadowed light is excluded.
 ///
 /// Facets are sampled with density D cos θ, tan²θ = α² s(u), at midpoints: of 1 − √(1 − u), as the steepest
 /// facets of GGX matter most at grazing angles, and of the azimuth.
@@ -171,7 +171,7 @@ mod tests {
     #[test]
     fn derivatives_by_the_roughness_are_those_of_differences() {
         for distribution in [Microfacets::Beckmann, Microfacets::Ggx] {
-            // A wider step than that of the tables, so that each reveals the other's error.
+            // A wider step than the tables', so that each reveals the other's error.
             let (alpha, h) = (0.2, 0.01);
             let [low, at, high] = [alpha - h, alpha, alpha + h].map(|a| Coating::rough(distribution, a, 1.5));
             for i in 0..NODES {

@@ -44,7 +44,7 @@ impl Microfacets {
         self.unshadowed_at(alpha.squared() * ((T::constant(1.0) - cos2) / cos2))
     }
 
-    /// G₁ from α² tan²θ, with α that of the direction.
+    /// G₁ from α² tan²θ, with the α of the direction.
     pub(crate) fn unshadowed_at<T: Number>(self, slope2: T) -> T {
         let one = T::constant(1.0);
         if slope2.value() <= 0.0 {
@@ -63,7 +63,7 @@ impl Microfacets {
     }
 
     /// Samples a facet normal, in the frame in which the surface's normal is z, for a viewer above: visible
-    /// normals for GGX, all normals for Beckmann. α is that of both axes.
+    /// normals for GGX, all normals for Beckmann. `alpha` is α along both axes.
     pub(crate) fn sample(self, viewer: DVec3, alpha: DVec2, numbers: [f64; 2]) -> DVec3 {
         match self {
             Self::Beckmann => beckmann_normal(alpha, numbers),

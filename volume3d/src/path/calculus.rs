@@ -47,7 +47,7 @@ impl<T: Number> Warped<T> {
 }
 
 /// A point of a discontinuity as seen from a shading point. The reflection of `light` from there, times
-/// `speed`, is added to the radiance: its value is 0, and its derivative that of a boundary term.
+/// `speed`, is added to the radiance: its value is 0, and its derivative is the boundary term's.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BorderSample<T> {
     pub(crate) direction: DVec3,

@@ -36,7 +36,7 @@ pub(crate) fn distant<C: Calculus>(
                 let slope = -1.0 / (1.0 - up * up).max(f64::MIN_POSITIVE).sqrt();
                 let down = y.chain(up.acos(), slope) * (1.0 / PI);
                 let image = &scene.description.textures[*texture];
-                // Rows are at v = j/(h − 1), with the first and last at the poles; those of textures at
+                // Rows are at v = j/(h − 1), with the first and last at the poles; rows of textures are at
                 // (j + ½)/h.
                 let height = image.height as f64;
                 let row = (down * (height - 1.0) + C::Number::constant(0.5)) * (1.0 / height);

@@ -52,8 +52,8 @@ mod tests {
     use super::*;
     use crate::path::Sequence;
 
-    /// Over many flights the mean throughput at the end is the transmittance, and that of scattered paths the
-    /// remainder times the albedo, by channel; the sum of weights never grows.
+    /// Over many flights the mean throughput at the end is the transmittance, and the mean throughput of
+    /// scattered paths is the remainder times the albedo, by channel; the sum of weights never grows.
     #[test]
     fn flights_carry_what_the_medium_leaves() {
         let albedo = DVec3::new(0.9, 0.5, 1.0);

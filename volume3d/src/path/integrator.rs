@@ -318,8 +318,8 @@ impl<'s> Paths<'s> {
         }
     }
 
-    /// Whether the last ray of a path, which meets no emitter, reaches light from beyond the scene; what else
-    /// it hits does not matter.
+    /// Whether the last ray of a path, which meets no emitter, reaches light from beyond the scene; its other
+    /// hits do not matter.
     #[inline]
     fn escapes_last(&self, x: DVec3, from: Surface, direction: DVec3) -> bool {
         let environment = matches!(self.scene.description.environment, Some(Environment::Constant { .. }));

@@ -38,8 +38,8 @@ impl Sequence {
 impl Draws<'_> {
     /// The points after a digital shift of every pair by random bits that depend only on `key`.
     ///
-    /// Shifted points keep their stratification. Given the points, those of two keys are independent, and
-    /// each single one is uniform: means of any integrands over the samples of two keys are uncorrelated,
+    /// Shifted points keep their stratification. Given the points, the shifts of two keys are independent,
+    /// and each single one is uniform: means of any integrands over the samples of two keys are uncorrelated,
     /// whatever the common sequence.
     pub(crate) fn shifted(self, key: u64) -> Self {
         Self { shift: Some(key), ..self }
@@ -126,7 +126,7 @@ impl Keys {
 /// Bits of a number after the thirty-second.
 const BELOW: u32 = 20;
 
-/// A number whose first 32 bits are x and whose last 20 are those of `fraction`.
+/// A number whose first 32 bits are x and whose last 20 are the bits of `fraction`.
 fn fixed(x: u32, fraction: u64) -> u64 {
     u64::from(x) << BELOW | fraction & ((1 << BELOW) - 1)
 }

@@ -1,4 +1,4 @@
-//! Adjacency of triangles: what lies beyond each edge, and whether radiance is discontinuous there.
+//! Adjacency of triangles: the neighbour beyond each edge, and whether radiance is discontinuous there.
 
 use std::sync::OnceLock;
 

@@ -58,13 +58,13 @@ pub struct Roughness {
     pub distribution: Microfacets,
     /// The roughness α, in [10⁻⁴, 1], along u, the first texture coordinate.
     pub alpha: f64,
-    /// α across u over α along it: 1 for the same in all directions. Without texture coordinates it is 1, and
-    /// so it is of plastic, but for that whose light is scattered once.
+    /// Ratio of α orthogonal to u to α along u: 1 if isotropic. Must be 1 without texture coordinates, and
+    /// for plastic unless its scattering is [`Scattering::Once`].
     pub stretch: f64,
 }
 
 impl Roughness {
-    /// Facets that are the same in all directions.
+    /// Isotropic microfacets.
     #[must_use]
     pub fn new(distribution: Microfacets, alpha: f64) -> Self {
         Self { distribution, alpha, stretch: 1.0 }

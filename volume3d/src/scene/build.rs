@@ -170,7 +170,7 @@ impl Scene {
         self.description.materials.iter().position(|m| m.id == id)
     }
 
-    /// Range of a shape's positions among those of all shapes.
+    /// Range of a shape's positions among all positions.
     #[must_use]
     pub fn position_range(&self, shape: usize) -> std::ops::Range<usize> {
         self.first_position[shape] as usize..self.first_position[shape + 1] as usize

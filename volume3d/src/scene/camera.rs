@@ -162,10 +162,10 @@ pub struct Film {
     pub height: usize,
     /// The part that is rendered, if not the whole film.
     pub crop: Option<Crop>,
-    /// Whether a filter that reaches over the border of the film, or of its crop, sees what is there, so that
-    /// no pixel is special. Where it is not, as in Mitsuba unless its `sample_border` is true, a pixel near
-    /// the border is the mean of what is within, by the same weights: ∫ h L/∫ h over the film. To the box
-    /// filter, which does not reach over, both are the same.
+    /// Whether a filter that reaches over the border of the film, or of its crop, samples the scene beyond
+    /// it. If false, as in Mitsuba unless its `sample_border` is true, a pixel near the border is the
+    /// normalised mean over the film, ∫ h L/∫ h. For the box filter, which does not reach over the border,
+    /// both are the same.
     pub sample_border: bool,
     /// The filter of every pixel.
     pub filter: Filter,

@@ -93,7 +93,7 @@ pub(super) fn implicit(shape: &ImplicitShape, materials: &[Material]) -> Result<
     on_implicit(shape, material, materials)
 }
 
-/// Checks that the materials to which one refers come before it, and are admissible there.
+/// Checks that the materials to which a material refers come before it and are admissible there.
 pub(super) fn parts_of(index: usize, material: &Material, materials: &[Material]) -> Result<(), SceneError> {
     let id = &material.id;
     if let Some(other) = material.others().find(|&other| other >= index) {
@@ -267,7 +267,7 @@ pub(super) fn material(material: &Material, textures: usize) -> Result<(), Scene
         // Below, the lobe is narrower than the resolution of directions.
         range((1e-4..=1.0).contains(&alpha), id, "the roughness", alpha, "in [1e-4, 1]")?;
         let across = alpha * stretch;
-        // The stretch is a quotient: their product is off by a rounding each.
+        // The stretch is a quotient of two roughnesses: quotient and product are rounded once each.
         let most = 1.0 + 2.0 * f64::EPSILON;
         range((1e-4..=most).contains(&across), id, "the roughness across u", across, "in [1e-4, 1]")?;
     }
@@ -293,7 +293,7 @@ pub(super) fn material(material: &Material, textures: usize) -> Result<(), Scene
             eta,
             "positive and finite",
         )?;
-        // Microfacets refract no direction into itself, and a coating refracts.
+        // At an index of 1 microfacets have no refraction formula, and a coating no boundary.
         let refracts = match &material.bsdf {
             Bsdf::Dielectric(dielectric) => dielectric.facets.is_some(),
             Bsdf::Plastic(_) => true,

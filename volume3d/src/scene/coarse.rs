@@ -18,7 +18,7 @@ pub struct CoarseMesh {
 
 impl Scene {
     /// Meshes with coordinates spaced, in double precision, by more than 10⁻⁵ of the median edge: rounding
-    /// rotates their faces by more than the tolerance for coplanarity, and gradients are those of the rounded
+    /// rotates their faces by more than the tolerance for coplanarity, and gradients refer to the rounded
     /// shapes.
     #[must_use]
     pub fn coarse_meshes(&self) -> Vec<CoarseMesh> {

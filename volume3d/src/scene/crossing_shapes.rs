@@ -17,8 +17,8 @@ pub struct CrossingCount {
     pub segments: usize,
 }
 
-/// Two shapes, or one with itself, with overlapping coplanar triangles or coincident edges. Which of them is
-/// visible there depends on rounding, and the derivative by a motion that separates them is undefined.
+/// Two shapes, or one with itself, with overlapping coplanar triangles or coincident edges. Rounding decides
+/// which of them is visible there, and the derivative by a motion that separates them is undefined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Overlap {
     /// Indices of the shapes.

@@ -59,28 +59,29 @@ impl Default for Integrator {
     }
 }
 
-/// Shapes that a scene file copied as one: those of an instance, or of all instances of a group.
+/// Shapes copied together in a scene file: those of one instance, or of all instances of a group.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Instances {
-    /// Its name in messages and requests.
+    /// Name in messages and queries.
     pub id: String,
-    /// The shapes, by their index in the scene.
+    /// Indices of the shapes in the scene.
     pub shapes: Vec<usize>,
-    /// The implicit surfaces, by theirs.
+    /// Indices of the implicit surfaces, among implicit surfaces.
     pub implicits: Vec<usize>,
 }
 
-/// A further name of a material: of a part of it that a scene file named, such as what is within "twosided".
+/// An additional name of a material, from a nested part that a scene file named, such as the BSDF within
+/// "twosided".
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Alias {
     /// The name.
     pub id: String,
-    /// The material, by its index in the scene.
+    /// Index of the material in the scene.
     pub material: usize,
 }
 
-/// Everything that defines a scene. [`Scene::new`](super::Scene::new) validates it and builds what rendering
-/// needs.
+/// Everything that defines a scene. [`Scene::new`](super::Scene::new) validates it and builds the data for
+/// rendering.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Description {
     /// The camera.
@@ -113,9 +114,9 @@ pub struct Description {
     pub lights: Vec<Light>,
     /// Radiance of rays that leave the scene; black if `None`.
     pub environment: Option<Environment>,
-    /// Shapes that a file copied as one, by the names of instances and groups.
+    /// Shapes copied together in a file, by the names of instances and groups.
     pub instances: Vec<Instances>,
-    /// Further names of materials.
+    /// Additional names of materials.
     pub aliases: Vec<Alias>,
 }
 
@@ -143,7 +144,7 @@ impl Description {
         }
     }
 
-    /// Indices of a material and of those it is mixed with or has on its back.
+    /// Indices of a material, of the materials it is mixed with, and of the material of its back.
     #[must_use]
     pub fn parts_of_material(&self, index: usize) -> Vec<usize> {
         parts(&self.materials, index)

@@ -1,6 +1,6 @@
-//! Edges that coincide along a stretch. While they move as one, they form one discontinuity. As they separate
-//! there are two, and their order along a line of sight depends on the sign of the motion: the one-sided
-//! derivatives differ.
+//! Edges that coincide along a stretch. While they move together, they form one discontinuity. As they
+//! separate there are two, and their order along a line of sight depends on the sign of the motion: the
+//! one-sided derivatives differ.
 
 use glam::DVec3;
 

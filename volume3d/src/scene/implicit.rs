@@ -117,11 +117,11 @@ impl Default for Placement {
 
 /// An implicit surface with placement and material. It does not emit.
 ///
-/// In world coordinates its function, which [`Sdf`] evaluates, is s φ(Rᵀ(x − p)/s); its parameters are those
-/// of the surface. The rates of its placement are in [`ImplicitTangent`](crate::gradient::ImplicitTangent).
+/// In world coordinates its function, which [`Sdf`] evaluates, is s φ(Rᵀ(x − p)/s); its parameters are the
+/// surface's. The rates of its placement are in [`ImplicitTangent`](crate::gradient::ImplicitTangent).
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImplicitShape {
-    /// Name in messages and queries; different from those of all meshes.
+    /// Name in messages and queries; different from the names of all meshes.
     pub id: String,
     /// φ.
     pub surface: ImplicitSurface,
@@ -462,8 +462,8 @@ mod tests {
             scene.blocked(DVec3::ZERO, DVec3::Z, 0.0, 2.0) && !scene.blocked(DVec3::ZERO, DVec3::Z, 0.0, 1.4)
         );
         assert!(scene.beyond(DVec3::ZERO, DVec3::X, 0.0).is_none());
-        // The target point does not occlude itself, though it is within the tolerance of what is in front of
-        // it.
+        // The target point does not occlude itself, though it is within the tolerance of the surface in front
+        // of it.
         for angle in [0.0, 0.1, 0.2, 0.24] {
             let way = DVec3::new(f64::sin(angle), 0.0, f64::cos(angle));
             let hit = scene.closest(DVec3::ZERO, way, None).expect("a hit");

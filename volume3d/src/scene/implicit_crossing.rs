@@ -162,7 +162,7 @@ mod tests {
 
     #[test]
     fn what_passes_through_is_found_and_what_is_beside_is_not() {
-        // The corners of the floor are far outside the ball; those of a small floor may be inside.
+        // The corners of the floor are far outside the ball; corners of a small floor may be inside.
         assert_eq!(crossings(-0.9, None, 50.0), [CrossedBy::Mesh(0)]);
         assert_eq!(crossings(-0.99, None, 1.0), [CrossedBy::Mesh(0)]);
         assert_eq!(crossings(-1.001, None, 50.0), []);

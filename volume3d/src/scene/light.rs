@@ -53,7 +53,7 @@ pub enum Light {
         id: String,
         /// Position.
         position: DVec3,
-        /// A rotation; its z axis is that of the beam, its x axis points to the left of the slide.
+        /// A rotation; its z axis is the beam's axis, its x axis points to the left of the slide.
         to_world: DMat3,
         /// E, or a factor on the slide.
         intensity: DVec3,

@@ -10,8 +10,8 @@ use super::value::{Reflectance, Value};
 /// border of texels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Relief {
-    /// Bump map of heights h: n ∝ ∂u p × ∂v p with ∂u p replaced by ∂u p + n (s ∂u h − n·∂u p), and ∂v p
-    /// likewise (Blinn 1978).
+    /// Bump map of heights h: n ∝ ∂u p × ∂v p with ∂u p replaced by ∂u p + n (s ∂u h − n·∂u p), and the same
+    /// for ∂v p (Blinn 1978).
     Bump {
         /// Index of the texture; its luminance is the height.
         texture: usize,
@@ -52,8 +52,8 @@ pub struct Material {
 /// Second material of a mixture: f = (1 − w) f₀ + w f₁.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Blend {
-    /// Index of the material f₁; must be less than that of f₀. It may have no opacity, mixture or back of its
-    /// own, and neither part may have a bump or normal map.
+    /// Index of the material f₁; must be less than the index of f₀. It may have no opacity, mixture or back
+    /// of its own, and neither part may have a bump or normal map.
     pub other: usize,
     /// w, in [0, 1].
     pub weight: Value,
@@ -94,7 +94,7 @@ impl Material {
         colours.into_iter().chain(values).chain(self.roughness_textures).flatten()
     }
 
-    /// Whether it reflects in another way along u, the first texture coordinate, than across it.
+    /// Whether it is anisotropic, with axes along and orthogonal to u, the first texture coordinate.
     pub(crate) fn is_anisotropic(&self) -> bool {
         let [along, across] = self.roughness_textures;
         along != across || self.bsdf.is_anisotropic()

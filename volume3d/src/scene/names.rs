@@ -3,7 +3,7 @@
 use super::object::{Collection, Object};
 use super::{Environment, Light, Scene};
 
-/// A name that a scene does not have, or that is of something else than what is asked for.
+/// Failed lookup of a name: no object has it, or only an object of another kind.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NameError {
@@ -15,7 +15,7 @@ pub enum NameError {
         /// The name.
         id: String,
     },
-    /// Others of the kind are there.
+    /// The scene has objects of the kind, but none with this name.
     #[error("there is no {what} `{id}`; closest first, there are: {}", listed(.known))]
     Unknown {
         /// "shape" or "implicit surface".
@@ -25,7 +25,7 @@ pub enum NameError {
         /// Existing names, most similar first.
         known: Vec<String>,
     },
-    /// Something else has the name.
+    /// An object of another kind has the name.
     #[error(
         "`{id}` is {found}, and no {what}{}",
         if .known.is_empty() { String::new() } else { format!("; closest first, {what}s are: {}", listed(.known)) }
@@ -35,16 +35,16 @@ pub enum NameError {
         what: &'static str,
         /// The name.
         id: String,
-        /// What has it, with an article.
+        /// Description of that object, with an article.
         found: String,
-        /// The names of what is asked for, the most alike first.
+        /// Existing names of the requested kind, most similar first.
         known: Vec<String>,
     },
 }
 
-/// Some names, and how many more.
+/// Lists some names, and counts the rest.
 pub(crate) fn listed(names: &[String]) -> String {
-    /// As many as are read.
+    /// Number of names listed.
     const SHOWN: usize = 12;
     let shown = names.iter().take(SHOWN).map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
     match names.len().saturating_sub(SHOWN) {
@@ -53,13 +53,13 @@ pub(crate) fn listed(names: &[String]) -> String {
     }
 }
 
-/// Sorts names by how much they are like another.
+/// Sorts names by their similarity to `id`, most similar first.
 pub(crate) fn closest_first(id: &str, names: &mut [String]) {
     names.sort_by_key(|name| strsim::osa_distance(id, name));
 }
 
 impl Scene {
-    /// Everything that has a name, with its name. A material may have several.
+    /// All named objects, with their names. A material may have several names.
     pub fn objects(&self) -> impl Iterator<Item = (Object, &str)> {
         let d = self.description();
         fn of<'n>(
@@ -92,8 +92,8 @@ impl Scene {
             ])
     }
 
-    /// Everything that has a name: things of different kinds may share one. `camera` is the camera, and `all`
-    /// and `lights` are all geometry and all lights unless something of the scene is called so.
+    /// All objects with a name, which objects of different kinds may share. `camera` is the camera; `all` and
+    /// `lights` are all geometry and all lights, unless an object of the scene has that name.
     #[must_use]
     pub fn named(&self, id: &str) -> Vec<Object> {
         if id == "camera" {
@@ -107,7 +107,7 @@ impl Scene {
         found
     }
 
-    /// What something is, in words with an article.
+    /// Description of an object's kind, with an article.
     #[must_use]
     pub fn describe(&self, object: Object) -> String {
         let d = self.description();
@@ -137,7 +137,7 @@ impl Scene {
         }
     }
 
-    /// The index of the shape with a name.
+    /// Index of the shape with a name.
     ///
     /// # Errors
     /// A [`NameError`] with suggestions, if there is none.

@@ -1,10 +1,10 @@
-//! What a scene is made of, by kind and index; and what of it moves as one.
+//! Objects of a scene, by kind and index, and collections of objects that move together.
 
 use glam::DVec3;
 
 use super::{Description, Environment, Instances, Light};
 
-/// Something of a scene, by its index among those of its kind.
+/// An object of a scene, by its index among objects of its kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Object {
     /// The camera.
@@ -17,45 +17,44 @@ pub enum Object {
     Material(usize),
     /// A light without a surface.
     Light(usize),
-    /// What is seen where a ray leaves the scene.
+    /// Emission of rays that leave the scene.
     Environment,
     /// A medium.
     Medium(usize),
     /// A texture.
     Texture(usize),
-    /// Several things with one name.
+    /// Several objects with one name.
     Collection(Collection),
 }
 
-/// Several things that move as one.
+/// Several objects that move together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Collection {
-    /// All shapes and implicit surfaces, those that emit among them.
+    /// All shapes and implicit surfaces, emitters included.
     All,
-    /// Everything that emits: shapes, lights without a surface, and the environment, which can only be
-    /// turned.
+    /// Everything that emits: shapes, lights without a surface, and the environment, which only rotates.
     Lights,
     /// The copies of one instance, or of all instances of one group, by the index in
     /// [`Description::instances`].
     Instances(usize),
 }
 
-/// What of a scene moves with something.
+/// Parts of a scene that move with an object.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Parts {
-    /// Shapes, by their index.
+    /// Indices of shapes.
     pub shapes: Vec<usize>,
-    /// Implicit surfaces, by theirs.
+    /// Indices of implicit surfaces, among implicit surfaces.
     pub implicits: Vec<usize>,
-    /// Lights without a surface, by theirs.
+    /// Indices of lights without a surface.
     pub lights: Vec<usize>,
-    /// Whether the environment turns with it.
+    /// Whether the environment rotates with it.
     pub environment: bool,
 }
 
 impl Description {
-    /// What moves with something: nothing with what has no place, such as a material. Of lights and
-    /// environments only those are there that have a place or a direction.
+    /// Parts that move with an object: none with an object that has no position, such as a material. Lights
+    /// and environments are included only if they have a position or a direction.
     #[must_use]
     pub fn moved_with(&self, object: Object) -> Parts {
         let has_map = matches!(self.environment, Some(Environment::Map { .. }));
@@ -83,8 +82,8 @@ impl Description {
         }
     }
 
-    /// About what something is turned and scaled: the mean of all its vertices; without any, that of where
-    /// its implicit surfaces and lights stand.
+    /// Pivot of rotation and scaling: the mean of all vertices or, without vertices, the mean position of
+    /// implicit surfaces and lights.
     #[must_use]
     pub fn centre_of(&self, parts: &Parts) -> DVec3 {
         let mean = |points: &mut dyn Iterator<Item = DVec3>| {
@@ -100,7 +99,7 @@ impl Description {
 }
 
 impl Light {
-    /// Where it is, if it is in one point.
+    /// Position of the light; `None` for a directional one.
     #[must_use]
     pub fn position(&self) -> Option<DVec3> {
         match self {
@@ -111,7 +110,7 @@ impl Light {
         }
     }
 
-    /// Whether it has a direction: whether turning it about where it is changes anything.
+    /// Whether it has a direction, so that a rotation about its own position changes its light.
     #[must_use]
     pub fn has_direction(&self) -> bool {
         !matches!(self, Self::Point { .. })

@@ -24,8 +24,8 @@ const FLAT: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// Largest number of evaluations of φ to prove that a ray is clear of a surface.
 const LOOKS: usize = 64;
 
-/// Tolerance, an angle and relative to the size, within which roots are searched if that of fields is
-/// smaller: rays inside an outline then need fewer steps.
+/// Tolerance, an angle and relative to the size, within which roots are searched if the tolerance of fields
+/// is smaller: rays inside an outline then need fewer steps.
 const ROOTS: f64 = 1e-6;
 
 /// Value of |φ| that counts as zero, relative to the largest of distance, surface size and local coordinates
@@ -125,7 +125,7 @@ impl Scene {
         LEAVING * self.implicit_size(implicit)
     }
 
-    /// Distance beyond which nothing of a surface is visible from a point.
+    /// Distance beyond which no part of a surface is visible from a point.
     pub(crate) fn far_of(&self, implicit: u32, origin: DVec3) -> f64 {
         match self.implicit_bounds[implicit as usize] {
             Some((low, high)) => (0.5 * (low + high) - origin).length() + 0.5 * (high - low).length(),

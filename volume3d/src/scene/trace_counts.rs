@@ -4,14 +4,14 @@ use std::cell::Cell;
 use std::ops::{AddAssign, Sub};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Number of rays at implicit surfaces, those of warp fields included, that ended neither with a hit nor by
+/// Number of rays at implicit surfaces, including rays of warp fields, that ended neither with a hit nor by
 /// leaving.
 ///
 /// Near silhouettes where second derivatives have no [bound](flatland::sdf::Sdf::second_derivative_bound)
 /// some rays run out of steps: about 1 per 10,000 hits of a ball, with the default
 /// [`tracer`](super::Description::tracer); with a bound, as for cubic grids, hardly any. Warp fields lose as
-/// many. Larger numbers bias image and gradient. The counts of an image or gradient include what other
-/// threads do with the same scene at the same time.
+/// many. Larger numbers bias image and gradient. The counts of an image or gradient include rays of other
+/// threads that use the same scene at the same time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TraceCounts {
     /// Rays that ran out of steps, and count as misses.

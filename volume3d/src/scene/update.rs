@@ -3,7 +3,7 @@
 //! Only data that depend on the changed parameter are updated. Moved vertices refit the hierarchy, or rebuild
 //! it if it has become too loose, and update computed normals, edge kinds and crossings; a material
 //! reclassifies edges only if it gains or loses a texture; a light or the camera changes no geometry. Images
-//! and gradients have the bits of those of a newly built scene. Moving all vertices takes 10 to 20 % of the
+//! and gradients have the same bits as for a newly built scene. Moving all vertices takes 10 to 20 % of the
 //! time of [`Scene::new`].
 
 use std::sync::OnceLock;

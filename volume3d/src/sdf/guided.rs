@@ -15,10 +15,10 @@ const MARGIN: f64 = 1.25;
 /// φ(x; θ) = g(x) + w(g(x)) (N(x; θ)/s − g(x)),   w = 1 where |g| ≤ h, 0 where |g| ≥ 3h, a quintic between,
 /// ```
 ///
-/// with h the grid's spacing and s the mean slope of the network N at the surface. The surface is that of the
-/// network, without the spline's deviation, as long as that is less than h; away from it φ is a distance,
-/// which the network is not, at the cost of a grid. Parts where N is negative beyond 3h from the grid's
-/// surface are not seen, as with the grid.
+/// with h the grid's spacing and s the mean slope of the network N at the surface. The surface is the
+/// network's, without the spline's deviation, as long as that is less than h; away from it φ is a distance,
+/// unlike the network, at the cost of a grid. Parts where N is negative beyond 3h from the grid's surface are
+/// not seen, as with the grid.
 ///
 /// The parameters are the weights. Other weights imply another grid; derivatives treat it as constant, which
 /// moves no surface, as g does not affect where φ is 0.

@@ -23,8 +23,8 @@ pub enum Terms {
     All,
     /// h ∂L/∂θ at a fixed direction.
     Interior,
-    /// ∇·(V h L) alone, in which L varies with ω at fixed θ. For a valid V its integral is that of the
-    /// silhouettes, Σ h (L⁻ − L⁺) v.
+    /// ∇·(V h L) alone, in which L varies with ω at fixed θ. For a valid V its integral is the silhouette
+    /// term Σ h (L⁻ − L⁺) v.
     Boundary,
 }
 
@@ -64,8 +64,7 @@ struct Linear {
 }
 
 impl AreaIntegral {
-    /// dI/dθ of every pixel along the direction in parameter space for which the field was made, in this
-    /// scene.
+    /// dI/dθ of every pixel along the parameter direction for which the field was made, in this scene.
     ///
     /// # Errors
     /// If that direction does not fit the shape or no samples were requested.

@@ -18,8 +18,8 @@ pub(super) fn forward(
     })
 }
 
-/// The gradient of Σ_p adjoint_p I_p, from the same samples: `scatter(pixel, adjoint, stream, gradient)` adds
-/// a sample of a pixel, times its adjoint, to the gradient of the shape's parameters, and returns its rays.
+/// Gradient of Σ_p adjoint_p I_p, from the same samples. `scatter(pixel, adjoint, stream, gradient)` adds one
+/// sample of a pixel, times its adjoint, to the gradient of the shape's parameters and returns its rays.
 pub(super) fn reverse(
     (scene, film): (&Scene, &AngularFilm),
     (samples, seed): (usize, u64),

@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | [`AreaIntegral`] | ∇·(V h L), any field | as its field |
 //! | [`RelaxedBoundary`] | a band of width ε next to the silhouette | O(ε) |
-//! | [`ImplicitHit`] | none | by all of it: needs masks |
+//! | [`ImplicitHit`] | none | by the whole boundary term: needs masks |
 //!
 //! Forward mode differentiates every pixel along one direction in parameter space, reverse mode one loss,
 //! given by ∂L/∂I of every pixel, with respect to every parameter. Both use the same random numbers: they are

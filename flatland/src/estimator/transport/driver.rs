@@ -18,9 +18,9 @@ pub type Gradient = Estimate<Terms<Tangent>, Tangent>;
 /// Standard errors of an image's pixels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Errors {
-    /// Of each term.
+    /// Standard error of each term.
     pub by_term: Vec<Terms<f64>>,
-    /// Of the sum of the terms.
+    /// Standard error of the sum of the terms.
     pub total: Vec<f64>,
 }
 

@@ -10,7 +10,7 @@ pub enum Fault {
     },
     /// No residual of a softened field.
     NoResidual,
-    /// No residual on the side of a segment that ends, whether or not its ends are followed there.
+    /// Residual omitted on the side of the ending segment, whether or not its ends are followed there.
     OneSided,
     /// Densities of directions are differentiated along with the integrand.
     AttachedDensity,

@@ -75,7 +75,7 @@ impl Method for FiniteDifference {
         Ok(by_term(estimate))
     }
 
-    /// A difference for every parameter: twice as many images as there are parameters.
+    /// One central difference per parameter, at the cost of two images each.
     fn reverse(&self, world: &World, camera: &Camera, adjoint: &[f64]) -> Result<Gradient, EstimatorError> {
         camera.check()?;
         check_adjoint((camera.film.pixels, 1), (adjoint.len(), 1))?;

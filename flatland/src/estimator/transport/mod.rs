@@ -13,8 +13,8 @@
 //! al. (2019), with `Still` the interior term alone.
 //!
 //! All methods differentiate the path tracer's own estimate: sample s of pixel p follows the same path as the
-//! image's sample s of pixel p, and auxiliary rays use a separate stream, so that the primal has the same
-//! bits with and without a gradient.
+//! image's sample s of pixel p. Auxiliary rays use a separate stream, so that the primal has the same bits
+//! with and without a gradient.
 
 mod driver;
 mod edge_sampling;

@@ -1,8 +1,8 @@
-//! Residual boundary term of a field at a vertex (Theory 7): a part of the motion for a softened mean over
-//! discontinuities, and all of it for no field, which is edge sampling.
+//! Residual boundary term of a field at a vertex (Theory 7). For a softened mean over discontinuities it
+//! covers a part of the motion; for V = 0, which is edge sampling, all of it.
 //!
-//! In one dimension discontinuities are points. With V⁻ and V⁺ the limits of the field on the two sides of
-//! one that moves with v,
+//! In one dimension discontinuities are points. With V⁻ and V⁺ the limits of the field on the two sides of a
+//! discontinuity of velocity v,
 //!
 //! ```text
 //! Σ L⁻ (v − V⁻) − L⁺ (v − V⁺)
@@ -20,10 +20,10 @@ use crate::random::Stream;
 use crate::transport::fields::is_silhouette_from;
 use crate::transport::{Bounce, Hit, Origin, Paths, both_sides};
 
-/// Light next to a discontinuity that the field of its integral does not follow there.
+/// Light at one side of a discontinuity that the field does not follow on that side.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Left {
-    /// L on the side before the discontinuity, in order of increasing angle, and −L on that after it: an
+    /// L on the side before the discontinuity, in order of increasing angle, and −L on the side after it: an
     /// unbiased estimate.
     pub(super) light: f64,
     /// The hit on that side.
@@ -94,16 +94,16 @@ pub(super) fn left_on_film(
 }
 
 impl Job<'_> {
-    /// Whether V is the velocity of a vertex on a side of it: if a segment that ends there is visible, and
-    /// its ends are followed.
+    /// Whether V is the velocity of a vertex on one side of it: a segment that ends there is visible, and its
+    /// ends are followed.
     fn is_followed(&self, seen: Option<Hit>, vertex: usize, follows_ends: impl Fn(usize) -> bool) -> bool {
         let ending =
             seen.map(|hit| hit.segment).filter(|&i| self.world.segments()[i].vertices.contains(&vertex));
         ending.is_some_and(|i| self.fault == Some(Fault::OneSided) || follows_ends(i))
     }
 
-    /// Whether there may be a residual at a vertex seen from a point: if it is a silhouette, next to which V
-    /// is not its velocity, or an end of a segment whose ends are not followed.
+    /// Whether a vertex seen from a point may have a residual: it is a silhouette whose velocity V does not
+    /// match, or the end of a segment whose ends are not followed.
     fn may_leave(&self, vertex: usize, from: DVec2, follows_ends: impl Fn(usize) -> bool) -> bool {
         self.world.segments_at(vertex).any(|i| !follows_ends(i))
             || is_silhouette_from(self.world, vertex, from)

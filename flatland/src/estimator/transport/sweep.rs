@@ -1,7 +1,7 @@
 //! Reverse sweep of a sample, to everything that moves it.
 //!
-//! The tape transposes the derivative of the integrand, with fixed densities and weights. Not on the tape are
-//! the warps of film and directions, and the discontinuities sampled on edges: V_k of the direction ω_k
+//! The tape transposes the derivative of the integrand, with fixed densities and weights. The warps of film
+//! and directions, and the discontinuities sampled on edges, are not on the tape: V_k of the direction ω_k
 //! sampled at x_k is a linear form in the velocities of the objects around ω_k, relative to ẋ_k. When the
 //! sweep reaches a warp, the adjoints (a, b) of (V_k, ∇·V_k) are complete, the form is computed and
 //! transposed, and the covector of ẋ_k continues along the tape.
@@ -101,7 +101,7 @@ impl<'a, 'b> Sweep<'a, 'b> {
     pub(super) fn film_form(&mut self, field: &FieldForm, a: f64, b: f64) {
         let mut by_camera = CameraTangent::default();
         field.scatter(a, b, |point, covector| {
-            // The velocity is relative to that of the camera.
+            // Velocities are relative to the camera's.
             by_camera.position -= covector;
             self.primary_of_point(point, covector);
         });

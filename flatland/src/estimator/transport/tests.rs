@@ -106,8 +106,8 @@ fn a_softened_mean_leads_from_the_exact_mean_to_edge_sampling() {
 
 #[test]
 fn the_primal_is_the_same_with_and_without_a_gradient() {
-    // Change of the environment's radiance alone, by itself: the derivative is the part of the image that is
-    // due to the environment; in a world without emitters that is the image.
+    // Only the environment's radiance changes, at a rate equal to itself: the derivative is the environment's
+    // part of the image, which without emitters is the whole image.
     let shapes = vec![
         Shape::open([p(-6.0, 0.1), p(6.0, -0.2)], glossy()),
         Shape::closed([p(-1.6, 1.2), p(-0.7, 1.3), p(-0.9, 1.6)], Material::diffuse(0.6)),

@@ -24,8 +24,8 @@ use crate::warp::{JumpMean, WarpError, Weighting};
 /// integral: their weights are then not differentiated.
 ///
 /// The residual of a [softened](Construction::Softened) field is added by one sample of the vertices under
-/// the pixel's filter and one at every surface, with the light of a path on every side of it that the field
-/// does not follow.
+/// the pixel's filter and one at every surface. A path gives the light on every side of a sampled vertex on
+/// which the field does not follow it.
 ///
 /// Unbiased with [`Construction::JumpMean`], [`Construction::Softened`] and [`Construction::Harmonic`], and
 /// with [`Construction::Local`] and [`Construction::Auxiliary`] if their warp is debiased and boundary-aware

@@ -8,11 +8,11 @@ use super::arrangement::Arrangement;
 use crate::random::{Stream, open01};
 use crate::warp::{Field, Plane, WarpField};
 
-/// V by walk on spheres, in the plane: from u, jump to a uniform point of the largest circle without a
+/// V by walk on spheres, in the plane: from u, step to a uniform point of the largest circle without a
 /// silhouette inside, until within `tolerance` of one, and take its velocity (Muller 1956). V = 0 on the
 /// arrangement's frame.
 ///
-/// The derivative is that of the first disc, ∇·V(u) = (2/R) E[V(y)·n]. Two walks start from opposite points
+/// The divergence follows from the first disc: ∇·V(u) = (2/R) E[V(y)·n]. Two walks start from opposite points
 /// ±n, so that a velocity common to both cancels.
 ///
 /// Unbiased except for the last step, whose length is below `tolerance`.

@@ -66,7 +66,7 @@ pub enum ExactError {
         /// A point of the edge.
         at: DVec2,
     },
-    /// The number of velocities differs from that of vertices, or one is not finite.
+    /// The number of velocities differs from the number of vertices, or one is not finite.
     #[error("{found} velocities for {expected} vertices, or one that is not finite")]
     Velocities {
         /// Number of vertices of the scene.

@@ -43,8 +43,8 @@ impl<'a> Arrangement<'a> {
         velocities[a] + t * (velocities[b] - velocities[a])
     }
 
-    /// The unit normal from minus to plus. It is that of the whole edge, as rounding may have rotated a short
-    /// piece arbitrarily.
+    /// The unit normal from minus to plus. It is the normal of the whole edge, as rounding may have rotated a
+    /// short piece arbitrarily.
     pub(super) fn boundary_normal(&self, b: &Boundary) -> DVec2 {
         let [p, q] = b.nodes.map(|n| self.nodes[n as usize]);
         let edge = self.edges[b.owners[0] as usize].1.map(|v| self.scene.vertices()[v]);
@@ -136,8 +136,8 @@ struct Nodal {
     consistent: bool,
 }
 
-/// One V for a node: the velocity of a boundary there if it satisfies all, else that of the crossing of two,
-/// else the least-squares solution, marked as inconsistent.
+/// One V for a node: the velocity of a boundary there if it satisfies all conditions, else the velocity of
+/// the crossing of two, else the least-squares solution, marked as inconsistent.
 fn nodal_velocity(conditions: &[Condition]) -> Nodal {
     if conditions.is_empty() {
         return Nodal { velocity: DVec2::ZERO, consistent: true };

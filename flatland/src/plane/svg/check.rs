@@ -15,7 +15,7 @@ const MAX_DEPTH: usize = 256;
 /// Largest number of elements, with every `use` expanded.
 const MAX_ELEMENTS: usize = 1_000_000;
 
-/// Elements that contain others, those that are filled, and those that draw nothing themselves.
+/// Container elements, filled elements, and elements that draw nothing themselves.
 const CONTAINERS: &str = "svg g a use symbol";
 const SHAPES: &str = "path polygon polyline rect circle ellipse line";
 const UNDRAWN: &str =
@@ -50,7 +50,7 @@ struct Walk<'s, 'a> {
 }
 
 impl<'a> Walk<'_, 'a> {
-    /// An element, its content, and what it uses.
+    /// An element, its content, and the elements that it uses.
     fn element(&mut self, node: Node<'a>, depth: usize, mut is_drawn: bool) -> Result<(), SvgError> {
         let (source, tag) = (self.source, node.tag_name().name());
         let refuse = |what: &str| Err(source.unsupported(node, what));
@@ -181,7 +181,7 @@ fn keeps_what_it_scales(t: Transform) -> bool {
     [t.a.hypot(t.c), t.b.hypot(t.d)].iter().all(|&scale| scale == 0.0 || scale > f64::from(f32::EPSILON))
 }
 
-/// A gradient that paints `node`, and those it takes its stops from.
+/// A gradient that paints `node`, and the gradients from which it inherits stops.
 fn gradient(source: &Source<'_>, node: Node<'_>, first: Node<'_>) -> Result<(), SvgError> {
     let mut next = first;
     for _ in 0..MAX_DEPTH {

@@ -237,7 +237,7 @@ impl<'a> Reader<'_, 'a> {
         Ok(())
     }
 
-    /// Element of a group: its own or, if it was made for a single shape, that of the shape.
+    /// Element of a group: its own or, if it was made for a single shape, the shape's element.
     fn owner(&self, group: &usvg::Group, outer: Node<'a>) -> Node<'a> {
         match (self.source.by_given_id(group.id()), group.children().first()) {
             (Some(node), _) => node,

@@ -78,7 +78,7 @@ fn is_nonzero_alike(polygon: &Polygon) -> bool {
     true
 }
 
-/// Rings that do not cross, whose even-odd region is that of the given rings.
+/// Rings that do not cross, with the even-odd region of the given rings.
 fn resolve(rings: &[Vec<DVec2>], rule: FillRule) -> Vec<Vec<DVec2>> {
     let rule = match rule {
         FillRule::NonZero => OverlayFillRule::NonZero,

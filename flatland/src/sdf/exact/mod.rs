@@ -1,7 +1,7 @@
 //! Pixels and derivatives in closed form, for discs and polygons that do not touch.
 //!
-//! L(ω) is smooth between the *critical* directions: tangents to discs and rays through vertices. With
-//! v = dα/dθ of those where L changes from L⁻ to L⁺ (α increasing),
+//! L(ω) is smooth between the *critical* directions: tangents to discs and rays through vertices. With v =
+//! dα/dθ of the directions where L changes from L⁻ to L⁺ (α increasing),
 //!
 //! ```text
 //! I = ∫ h L dα,   dI/dθ = ∫ h ∂L/∂θ dα + Σ h (L⁻ − L⁺) v.

@@ -22,7 +22,7 @@
 //! it is here.
 //!
 //! None of them follows a silhouette that is a sharp corner: on the adjacent faces G is the velocity along
-//! *their* normals, not that of the corner, and φ at a hit carries no information about a nearby corner.
+//! *their* normals, not the corner's velocity, and φ at a hit carries no information about a nearby corner.
 //! Round it: a corner of radius r is a smooth silhouette, resolved by rays that pass it within a fraction of
 //! r. The harmonic field and [`RelaxedBoundary`](crate::estimator::sdf::RelaxedBoundary), which uses only
 //! points outside, support corners.

@@ -111,7 +111,7 @@ fn weights_add_up_to_one_and_vanish_at_rank_k() {
     assert_eq!(weights.iter().filter(|w| **w > 0.0).count(), 4);
 }
 
-/// Weights in angles equal those of the mean by t^(γ − 1), and their gradients agree with differences.
+/// Weights in angles equal the mean's weights times t^(γ − 1), and their gradients agree with differences.
 #[test]
 fn kernels_are_weights_in_angles() {
     let h = 1e-6;

@@ -20,8 +20,8 @@ use crate::warp::Vector;
 /// code). One evaluation of G serves the whole ray. The multiplier m confines the field to a neighbourhood of
 /// the surface, c in radians.
 ///
-/// The ramp of their weight at the bounding box of the grid is omitted, as there is no box here. That at the
-/// start of rays which leave a surface is [`departure`](Self::departure).
+/// The ramp of their weight at the bounding box of the grid is omitted, as there is no box here. The ramp at
+/// the start of rays that leave a surface is [`departure`](Self::departure).
 ///
 /// For ε > 0 the weights stay finite on the silhouette, t̄ does not reach the silhouette's distance, and V
 /// not its velocity: a bias that decreases with ε.

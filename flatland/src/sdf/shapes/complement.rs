@@ -4,7 +4,7 @@ use super::{Parametric, ShapeError, SmoothUnion};
 use crate::sdf::distance::{Jet, Sdf, SecondOrder};
 use crate::sdf::space::Space;
 
-/// −φ: inside and outside exchanged. Parameters: those of the shape.
+/// −φ: inside and outside exchanged. It has the parameters of the shape.
 ///
 /// Rays are then traced where φ < 0, so that the slope bound is [the one for
 /// everywhere](Sdf::slope_bound_everywhere).
@@ -26,7 +26,7 @@ pub type SmoothDifference<A, B = A> = Complement<SmoothUnion<Complement<A>, B>>;
 /// The properties of the [smooth union](SmoothUnion) hold with signs reversed. φ is too large by up to k/4
 /// where it blends, which removes part of the shape, and still |∇φ| ≤ 1, so that tracing is safe. Elsewhere
 /// φ > 0 need not be the distance either: near an edge it is the larger of the distances to both faces.
-/// Parameters: those of a, those of b, k.
+/// Parameters: all of a, all of b, k.
 ///
 /// # Errors
 /// If k is negative or not finite.
@@ -42,7 +42,7 @@ pub fn smooth_intersection<A, B>(a: A, b: B, width: f64) -> Result<SmoothInterse
 /// φ = max(φ_a, −φ_b) + (k − |φ_a + φ_b|)₊²/(4k).
 /// ```
 ///
-/// Parameters: those of a, those of b, k.
+/// Parameters: all of a, all of b, k.
 ///
 /// # Errors
 /// If k is negative or not finite.

@@ -106,10 +106,9 @@ impl ShapeError {
 
 /// A shape whose parameters can be read and replaced.
 ///
-/// The coefficients c, of which [`Sdf::rate`] takes the rates, are θ itself, except for shapes that are
-/// computed from θ as a whole, such as a network baked to a grid: there they are the nodes of the grid.
-/// [`push_forward`](Self::push_forward) and [`pull_back`](Self::pull_back) convert between the two once per
-/// gradient, and not at every point.
+/// The coefficients c, whose rates [`Sdf::rate`] takes, are θ itself, except for shapes computed from θ as a
+/// whole: for a network baked to a grid they are the nodes of the grid. [`push_forward`](Self::push_forward)
+/// and [`pull_back`](Self::pull_back) convert between the two once per gradient, and not at every point.
 pub trait Parametric<V: Space>: Sdf<V> + Sized {
     /// θ, in the order of all directions and gradients.
     fn parameters(&self) -> Vec<f64>;

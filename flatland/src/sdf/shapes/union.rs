@@ -10,14 +10,14 @@ use crate::sdf::space::Space;
 /// φ = min(φ_a, φ_b) − (k − |d|)₊²/(4k).
 /// ```
 ///
-/// ∇φ is a convex combination of those of a and b, so that |∇φ| ≤ 1 and tracing is safe, and it is continuous
+/// ∇φ is a convex combination of ∇φ_a and ∇φ_b, so that |∇φ| ≤ 1 and tracing is safe, and it is continuous
 /// across the medial axis between them, as every field of tracer points requires. φ is not a true distance:
-/// it is too small where it blends. Where a and b are farther apart than k, the surface is exactly that of
-/// both. k = 0 is the plain minimum, with its kink.
+/// it is too small where it blends. Where a and b are farther apart than k, the surface is exactly the union
+/// of both surfaces. k = 0 is the plain minimum, with its kink.
 ///
-/// If a or b has a [slope bound](Sdf::slope_bound) above 1, that of the union is the larger of both.
+/// If a or b has a [slope bound](Sdf::slope_bound) above 1, the union has the larger of both bounds.
 ///
-/// Parameters: those of a, those of b, k.
+/// Parameters: all of a, all of b, k.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SmoothUnion<A, B = A> {
     a: A,
@@ -147,7 +147,7 @@ impl<V: Space, A: Sdf<V>, B: Sdf<V>> Sdf<V> for SmoothUnion<A, B> {
         self.a.slope_bound_everywhere().max(self.b.slope_bound_everywhere())
     }
 
-    /// Box around those of a and b at a level raised by k/4, as φ ≥ min(φ_a, φ_b) − k/4: for distances a
+    /// Box around the boxes of a and b at a level raised by k/4, as φ ≥ min(φ_a, φ_b) − k/4: for distances a
     /// union exceeds its parts by at most k/4.
     fn level_bounds(&self, level: f64) -> Option<(V, V)> {
         let raised = level + 0.25 * self.width;
@@ -155,7 +155,7 @@ impl<V: Space, A: Sdf<V>, B: Sdf<V>> Sdf<V> for SmoothUnion<A, B> {
         Some((each(f64::min, a_low, b_low), each(f64::max, a_high, b_high)))
     }
 
-    /// Intersection of the boxes of −a and −b, as −φ ≥ −φ_a and −φ ≥ −φ_b; that of −a if it is empty.
+    /// Intersection of the boxes of −a and −b, as −φ ≥ −φ_a and −φ ≥ −φ_b; the box of −a if it is empty.
     fn complement_level_bounds(&self, level: f64) -> Option<(V, V)> {
         let (a, b) = (self.a.complement_level_bounds(level), self.b.complement_level_bounds(level));
         let (Some((a_low, a_high)), Some((b_low, b_high))) = (a, b) else {

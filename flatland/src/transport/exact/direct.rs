@@ -54,8 +54,8 @@ pub struct RadianceRate {
     pub interior: f64,
     /// From the ends of the visible intervals.
     pub boundary: f64,
-    /// Sum of the absolute values of all terms, with the velocities of a vertex and of the point separate: if
-    /// a point moves with everything it sees, the boundary term is nothing but their rounding.
+    /// Sum of the absolute values of all terms, with the velocities of vertex and point taken separately: if
+    /// a point moves with everything it sees, the boundary term consists of their rounding alone.
     pub magnitude: f64,
 }
 

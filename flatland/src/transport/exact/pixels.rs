@@ -55,7 +55,7 @@ impl Default for Exact {
 pub struct Integrated<T> {
     /// The values.
     pub pixels: Vec<T>,
-    /// Estimates of the absolute errors; pessimistic, as they are those of the quadrature's last step but
+    /// Estimates of the absolute errors; pessimistic, because they belong to the quadrature's last step but
     /// one. Rounding is additional, about 10⁻¹⁵ of the scale.
     pub errors: Vec<f64>,
     /// Integrals of the absolute values of all terms, to which accuracy is relative.

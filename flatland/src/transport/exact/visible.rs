@@ -56,7 +56,7 @@ pub struct Interval {
     pub start: End,
     /// Its end, at no smaller angle.
     pub end: End,
-    /// Its width in radians, relatively accurate if it is that of a whole segment.
+    /// Its width in radians, relatively accurate if it spans a whole segment.
     pub width: f64,
     /// The visible segment; `None` is the environment.
     pub seen: Option<usize>,
@@ -201,7 +201,7 @@ impl Arc {
             return None;
         }
         let edge = view.local_edge(segment);
-        // From the nearer end, whose digits matter: those of the farther one may be lost near a corner.
+        // From the nearer end, whose digits matter: the digits of the farther one may be lost near a corner.
         let start = if a.end.distance <= b.end.distance { a.local } else { b.local };
         let turn = start.perp_dot(edge);
         if turn == 0.0 {

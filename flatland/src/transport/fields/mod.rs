@@ -50,10 +50,10 @@ pub enum Construction {
     ///
     /// The ends of the visible segment are followed exactly, ε = 0, if they are more than ε apart: there the
     /// residual is one-sided. All others are softened. Discontinuities that are followed exactly are thus
-    /// never nearer than ε to each other, and |∇·V| is at most about N/ε times the largest |ḃ|, for N
-    /// discontinuities within reach, where that of the exact mean is |Δv|/g in a gap g, at the end of a light
-    /// that a silhouette crosses, and where a segment is seen along its length. Angles of objects that nearly
-    /// touch the surface change as v/r, which no softness removes.
+    /// never nearer than ε to each other. For N discontinuities within reach, |∇·V| is at most about N/ε
+    /// times the largest |ḃ|; for the exact mean it is |Δv|/g in a gap g, at the end of a light that a
+    /// silhouette crosses, and where a segment is seen along its length. Angles of objects that nearly touch
+    /// the surface change as v/r, which no softness removes.
     ///
     /// It requires a path from the far side of one discontinuity for every surface of a path, and from both
     /// sides if the discontinuity is not followed at all: 1.5 to 2 times the time of the exact mean.
@@ -61,7 +61,7 @@ pub enum Construction {
         /// R, as for the exact mean: 8.
         reach: f64,
         /// ε, in the same unit: a tenth to a quarter of the reach. Smaller values gain little; from half of
-        /// it on the variance grows to that of edge sampling.
+        /// it on the variance grows to the variance of edge sampling.
         softness: f64,
     },
     /// Linear between the visible discontinuities, all of which are searched: ΔV = 0 in one dimension. The
@@ -69,8 +69,8 @@ pub enum Construction {
     Harmonic,
     /// The velocity of the visible point itself: discontinuous at silhouettes, and therefore wrong.
     Direct,
-    /// One rigid motion per kernel, that of the nearest of several points seen in it (Loubet et al. 2019):
-    /// biased.
+    /// One rigid motion per kernel, the motion of the nearest of several points seen in it (Loubet et al.
+    /// 2019): biased.
     Followed {
         /// Number of points from which the nearest is chosen.
         candidates: usize,
@@ -234,7 +234,7 @@ impl Construction {
         self.near(kappa).map_or_else(FieldForm::default, |near| near.around(world, origin, direction, seen))
     }
 
-    /// [`over_film`](Self::over_film) with a known hit, likewise.
+    /// [`over_film`](Self::over_film) with a known hit, as in [`beside`](Self::beside).
     #[must_use]
     pub(crate) fn beside_on_film(
         &self,
@@ -339,7 +339,7 @@ impl Slide {
     }
 }
 
-/// The covectors of ẏ = (1 − s) ȧ + s ḃ, split between both ends; `along` is that of ḃ − ȧ in ∇·V.
+/// The covectors of ẏ = (1 − s) ȧ + s ḃ, split between both ends; `along` is the covector of ḃ − ȧ in ∇·V.
 fn push_ends(
     field: &mut FieldForm,
     vertices: [usize; 2],

@@ -1,13 +1,13 @@
 //! Discontinuities of a flat world for means over those near a direction or a film coordinate.
 //!
-//! S(u) is the silhouettes in front of the line of the segment T visible at u (all of them if nothing is
-//! visible) and the ends of T. A silhouette is a vertex at which a shape ends or turns back, as seen from the
-//! origin. This satisfies the lemma of [`JumpMean`] (Theory 5). Nothing is tested for visibility: hidden
-//! silhouettes may be in S, even on one side only, as they have no weight where the visible segment changes.
-//! Crossings and vertices that touch another segment need no treatment, as a [`World`] refuses both. A vertex
-//! shared by two segments counts once.
+//! S(u) consists of the ends of the segment T visible at u and of the silhouettes in front of T's line (all
+//! silhouettes if nothing is visible). A silhouette is a vertex at which a shape ends or turns back, as seen
+//! from the origin. This satisfies the lemma of [`JumpMean`] (Theory 5). Nothing is tested for visibility:
+//! hidden silhouettes may be in S, even on one side only, as they have no weight where the visible segment
+//! changes. Crossings and vertices that touch another segment need no treatment, as a [`World`] refuses both.
+//! A vertex shared by two segments counts once.
 //!
-//! Softened, V falls short of the velocity of all discontinuities except the ends of T, and of those as well
+//! A softened V falls short of the velocity of every discontinuity except the ends of T, and also of theirs
 //! if they are at most ε apart as seen from the origin. It is continuous where one segment is visible; the
 //! residual at visible vertices depends on the limits of V on both sides. There is no residual at a vertex
 //! that is not a silhouette and is shared by two segments that are both wider than ε.
@@ -54,8 +54,8 @@ fn jumps<'a>(
     })
 }
 
-/// Whether a shape ends at its point i, or turns back there as seen from x: whether its neighbours are not on
-/// different sides of it.
+/// Whether a shape ends at its point i, or turns back there as seen from x: its neighbours are not on
+/// different sides of the line of sight.
 fn is_silhouette(shape: &Shape, i: usize, x: DVec2) -> bool {
     let points = shape.points();
     let last = points.len() - 1;

@@ -137,8 +137,8 @@ struct Found {
     miss: f64,
 }
 
-/// Steps over a domain until another segment is visible, and bisects the step down to rounding. `velocity` is
-/// that of the vertex nearest to a point.
+/// Steps over a domain until another segment is visible, and bisects the step down to rounding. `velocity`
+/// returns the velocity of the vertex nearest to a point.
 fn scan(
     found: &mut Found,
     [from, to]: [f64; 2],
@@ -235,8 +235,8 @@ fn the_mean_over_jumps_keeps_both_rules_at_every_jump() {
     assert!(direct.jump > 0.05 && gaussian.miss > 0.05);
 }
 
-/// Around points from which segments are seen end-on, and past neighbouring vertices, ∇·V of the exact mean
-/// is unbounded; that of the softened mean is bounded, in units of the largest angular velocity over ε.
+/// Around points from which segments are seen end-on, and past neighbouring vertices, ∇·V is unbounded for
+/// the exact mean and bounded for the softened mean, in units of the largest angular velocity over ε.
 #[test]
 fn softened_divergences_are_bounded() {
     let world = crowded();

@@ -20,9 +20,9 @@
 //! # Conditions for continuity
 //!
 //! *Lemma (Theory 5).* Let the domain be cut into open sets by discontinuities C, and let S(u), the
-//! discontinuities that are used at u, be constant in each set. If every C is in S on both of its sides, and
-//! no other discontinuity of S on either side has another normal velocity and lies on C along a part of it,
-//! then V·ν = v·ν on both sides of every C, and V is continuous in every set; for n = 2 both except at single
+//! discontinuities that are used at u, be constant in each set. Let every C be in S on both of its sides, and
+//! let no other discontinuity of S on either side lie on C along a part of it with another normal velocity.
+//! Then V·ν = v·ν on both sides of every C, and V is continuous in every set; for n = 2 both except at single
 //! points.
 //!
 //! Hidden discontinuities may be in S, on both sides or on one: if they are present on one side of C only, C
@@ -117,7 +117,7 @@ impl JumpMean {
     }
 
     /// Coefficients of (V, ∇·V) at a point of the line, or of the circle by its angle, given the offset b − u
-    /// and the source of every discontinuity. Those out of reach are ignored.
+    /// and the source of every discontinuity. Discontinuities out of reach are ignored.
     pub fn of_points<H>(&self, jumps: impl IntoIterator<Item = Jump<f64, H>>) -> Stencil<Line, H> {
         let share = |offset: f64, softness: f64| {
             let [along, softness] = [offset, softness].map(|x| x / self.reach);
@@ -135,7 +135,7 @@ impl JumpMean {
     }
 
     /// Coefficients of (V, ∇·V) at a point of the plane, given the ends and their sources for every straight
-    /// discontinuity. In between, velocities are linear. Those out of reach are ignored.
+    /// discontinuity. In between, velocities are linear. Discontinuities out of reach are ignored.
     pub fn of_segments<H>(
         &self,
         u: DVec2,

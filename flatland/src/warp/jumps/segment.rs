@@ -75,7 +75,7 @@ impl Integrals {
         // Differences of 1/ρ² and x/ρ², without cancellation.
         let steep = -between * sum / (near * far);
         let slope = between * (squared - low * high) / (near * far);
-        // From the smaller ρ; otherwise the difference of logarithms might be that of 0.
+        // From the smaller ρ; otherwise the difference of logarithms might contain the logarithm of 0.
         let rise = if sum > 0.0 { between * sum / near } else { -between * sum / far };
         let nearest = if low * high > 0.0 { low.abs().min(high.abs()) } else { 0.0 };
         let one4 = if squared > SERIES * nearest * nearest {

@@ -184,8 +184,8 @@ fn softened_on_line(u: f64, points: &[(f64, f64)], [reach, softness]: [f64; 2]) 
 }
 
 /// Where discontinuities of different velocities cross, and in gaps between them, ∇·V of the exact mean is
-/// unbounded. That of the softened mean is bounded by C |v|/ε, with C from this scan of 10⁵ positions around
-/// a crossing and a gap of any width.
+/// unbounded. For the softened mean it is bounded by C |v|/ε, with C from this scan of 10⁵ positions around a
+/// crossing and a gap of any width.
 #[test]
 fn softened_divergences_are_bounded() {
     let (mut rng, reach) = (stream(21, &[]), 1.2);

@@ -19,7 +19,7 @@
 //!
 //! The new corners move consistently. A corner of a piece is a vertex, or an edge pierced by a plane, or a
 //! point of three planes, and is computed as such in dual numbers. It therefore stays on the line of both
-//! planes for all θ, the image of a side of a piece is the segment between the images of its ends, and the
+//! planes for all θ. The image of a side of a piece is the segment between the images of its ends, and the
 //! normal velocity of that segment is linear along it. Pieces of several triangles that meet along a crossing
 //! share its velocity up to rounding.
 //!
@@ -97,9 +97,12 @@ impl ProjectedScene {
     /// O(n²) of the pieces.
     ///
     /// # Errors
-    /// If a vertex is not in front of the camera, a triangle is seen edge-on or overlaps another in their
-    /// plane, a corner touches another triangle's plane, a plane bends where something passes through it,
-    /// pieces hide each other cyclically, or something is not finite.
+    /// - A vertex is not in front of the camera.
+    /// - A triangle is seen edge-on, or overlaps another in their plane.
+    /// - A corner touches another triangle's plane.
+    /// - A plane bends where another triangle crosses it.
+    /// - Pieces occlude each other cyclically.
+    /// - A number is not finite.
     pub fn new(mesh: &Mesh, camera: &Camera, motion: &Motion, filter: Filter) -> Result<Self> {
         check(mesh, motion)?;
         camera.check(&motion.camera)?;
@@ -160,7 +163,7 @@ impl ProjectedScene {
 /// The segments in which triangles of a mesh pass through one another.
 ///
 /// # Errors
-/// Those of [`ProjectedScene::new`] that do not depend on a camera.
+/// An error of [`ProjectedScene::new`] that does not depend on a camera.
 pub fn crossings(mesh: &Mesh, motion: &Motion) -> Result<Vec<Crossing>> {
     check(mesh, motion)?;
     World::new(mesh, motion).crossings()

@@ -79,7 +79,7 @@ impl Seen {
         })
     }
 
-    /// `Some(true)` if it hides the other, `Some(false)` if it is hidden by it, `None` if neither.
+    /// `Some(true)` if it occludes the other, `Some(false)` if the other occludes it, `None` if neither.
     fn hides(&self, other: &Self) -> Result<Option<bool>> {
         if self.triangle == other.triangle {
             return Ok(None);
@@ -112,7 +112,7 @@ fn twice_area(polygon: &[DVec2]) -> f64 {
     (2..polygon.len()).map(|k| orient(polygon[0], polygon[k - 1], polygon[k])).sum()
 }
 
-/// The pieces from the farthest to the nearest: none hides a later one. Ties are broken by number.
+/// The pieces from the farthest to the nearest: none occludes a later one. Ties are broken by number.
 pub(super) fn painters(seen: &[Seen]) -> Result<Vec<usize>> {
     let mut nearer: Vec<Vec<usize>> = vec![vec![]; seen.len()];
     let mut farther = vec![0; seen.len()];

@@ -5,8 +5,8 @@ use num_dual::{Dual64, DualNum};
 
 use crate::dual::Vector3;
 
-/// Rounding tolerance on distances from a plane, relative to the size of what is compared: some 10⁵ times the
-/// rounding of a few operations, and met by a share of 10⁻¹⁰ of random scenes.
+/// Rounding tolerance on distances from a plane, relative to the size of the compared numbers: some 10⁵ times
+/// the rounding of a few operations, and met by a fraction of 10⁻¹⁰ of random scenes.
 const ON: f64 = 1e-11;
 /// Rounding tolerance on rates of such distances, relative to the speeds.
 const ALONG: f64 = 1e-9;

@@ -51,7 +51,7 @@ fn assert_below(limit: f64, cases: &[CoverageCase], figure: impl Fn(&CoverageCas
 /// Richardson's extrapolations (4 D(h/2) − D(h))/3 of central differences D, and the rounding of each.
 ///
 /// Their error is O(h⁴) while no order changes within h and no vertex crosses a pixel's border, plus rounding
-/// over h: that of the coordinates, which may be far larger than the depths, times pixels per depth.
+/// over h: the rounding of the coordinates, which may be far larger than the depths, times pixels per depth.
 fn quotients(case: &CoverageCase) -> Vec<(Image, f64)> {
     let central = |h: f64| {
         let (after, before) = (image_at(case, h)?, image_at(case, -h)?);

@@ -53,7 +53,7 @@ pub struct Pixel {
     /// conservative except where light reaches so small a part of the pixel that no node of either rule is
     /// lit.
     pub value_error: f64,
-    /// That difference for the derivative.
+    /// The same difference for the derivative.
     pub derivative_error: f64,
 }
 

@@ -1,9 +1,9 @@
-//! Pixels of a ground that black bodies partly hide and pass through.
+//! Pixels of a ground that black bodies partly occlude and pass through.
 //!
-//! A pixel's cell minus the images of the bodies before the ground is a set of convex polygons, Σ_p ∫_p h(u)
-//! L(x(u)) du, whose corners move: where a body's edge hides the ground, where it pierces it, where images
-//! cross, where one leaves the cell. Each polygon is a fan of triangles, each triangle the image of a square,
-//! and the integral over the square is differentiated:
+//! A pixel's cell minus the images of the bodies in front of the ground is a set of convex polygons, Σ_p ∫_p
+//! h(u) L(x(u)) du. Their corners move: where a body's edge hides the ground or pierces it, where images
+//! cross, or where an image leaves the cell. Each polygon is a fan of triangles, each triangle the image of a
+//! square, and the integral over the square is differentiated:
 //!
 //! ```text
 //! ∫∫ h(u(s, t)) L(u(s, t)) |∂u/∂(s, t)| ds dt,   u = a + s ((1 − t) (b − a) + t (c − a)),
@@ -32,8 +32,8 @@ const NO_AREA: f64 = 1e-12;
 const LEAST_SQUARES: usize = 200;
 
 impl DirectScene {
-    /// All pixels to about `tolerance`, as [`image`](Self::image), but surfaces without radiance may stand
-    /// before the ground and in it; they are seen black. Emitters must still be out of sight.
+    /// All pixels to about `tolerance`, as [`image`](Self::image), but surfaces without radiance may stand in
+    /// front of the ground and in it; they appear black. Emitters must still be outside the view.
     ///
     /// Where bodies touch the ground dE/dθ grows like the inverse distance from the ends of the crossing.
     /// That is integrable, but the difference between two rules may then be only a third of the error.
@@ -47,7 +47,7 @@ impl DirectScene {
         (0..width * height).into_par_iter().map(pixel).collect()
     }
 
-    /// The part before the ground of every black surface: corners in the camera's axes, counterclockwise
+    /// The part in front of the ground of every black surface: corners in the camera's axes, counterclockwise
     /// around their cone.
     fn bodies(&self) -> Vec<Corners> {
         let (axes, _) = self.camera.moving(&self.camera_motion);

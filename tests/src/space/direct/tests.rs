@@ -34,8 +34,8 @@ pub(super) fn error_of_points(
     (0..points).map(of_point).fold(0.0, f64::max)
 }
 
-/// Each film point's derivative is that of its value. The next test covers what no single point shows:
-/// whether edges that cross the film add a term of their own.
+/// Each film point's derivative is the derivative of its value. The next test covers edges that cross the
+/// film, which might add a term that no single point shows.
 #[test]
 fn points_of_the_film_have_the_derivatives_of_their_values() {
     worst::assert_below(1e-6, 0..60, |seed| {
@@ -47,8 +47,8 @@ fn points_of_the_film_have_the_derivatives_of_their_values() {
 
 #[test]
 fn pixels_have_the_derivatives_of_their_values() {
-    // The error is of order h, because second derivatives jump, plus that of quadrature over h. It is
-    // relative to the whole image: in a nearly dark pixel no difference can be accurate.
+    // The error is of order h, because second derivatives are discontinuous, plus the error of quadrature
+    // over h. It is relative to the whole image: in a nearly dark pixel no difference can be accurate.
     const STEP: f64 = 1e-2;
     let kinds = [DirectKind::Shadow, DirectKind::Glowing];
     let cases = kinds.into_iter().flat_map(|kind| (2..pick(3, 4)).map(move |seed| (seed, kind)));

@@ -1,13 +1,14 @@
 //! Direct light: irradiance from flat polygons past flat polygons, and its derivative, exactly.
 //!
 //! The part of each emitter visible from a point x is cut out by planes through x: above the horizon, and
-//! outside the cones over everything in front of it. An occluder's part in front of an emitter is that on x's
-//! side of the emitter's plane; it hides exactly its cone, even where the two intersect. The remainder is
-//! convex pieces, and over each of them Lambert's formula integrates the cosine in closed form. The
-//! construction runs in dual numbers, whose real parts decide the cuts: corners move with the polygons they
-//! are made of, and no boundary term is left to be added.
+//! outside the cones over everything in front of it. The part of an occluder in front of an emitter is the
+//! part on x's side of the emitter's plane; it occludes exactly its cone, even where the two intersect. The
+//! remainder is convex pieces, and over each of them Lambert's formula integrates the cosine in closed form.
+//! The construction runs in dual numbers, whose real parts decide the cuts: corners move with the polygons
+//! they are made of, and there is no boundary term to add.
 //!
-//! A surface hides as much of a uniform environment as is visible of the surface itself, so that
+//! The part of a uniform environment that a surface occludes is as large as the visible part of the surface,
+//! so that
 //!
 //! ```text
 //! E = Σ_i F_i L_i + (π − Σ_i F_i) L_environment,   F_i = ∫ max(0, n·ω) dω over the visible part of i

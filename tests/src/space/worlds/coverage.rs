@@ -1,4 +1,4 @@
-//! Meshes before a camera.
+//! Meshes in front of a camera.
 
 use flatland::plane::Filter;
 use glam::{DVec2, DVec3};
@@ -44,9 +44,9 @@ choices! {
         }
         /// Degenerate kinds.
         DEGENERATE {
-            /// A triangle 10² to 10⁵ times as long as wide, before something else.
+            /// A triangle 10² to 10⁵ times as long as wide, in front of another body.
             Sliver,
-            /// A triangle seen at an angle of 10⁻⁴ to 10⁻¹ to its plane, before something else.
+            /// A triangle seen at an angle of 10⁻⁴ to 10⁻¹ to its plane, in front of another body.
             Grazing,
             /// [`Shells`](Self::Shells) with a unit of length of 10⁻⁶.
             Small,
@@ -119,9 +119,9 @@ impl CoverageKnobs {
         case.unwrap_or_else(|| panic!("no case for {self:?}"))
     }
 
-    /// `None` where there is no exact reference: bodies drawn independently may hide each other cyclically,
-    /// or a motion may bend the plane of two triangles that something passes through. Another attempt is made
-    /// then.
+    /// `None` where there is no exact reference: bodies drawn independently may occlude each other
+    /// cyclically, or a motion may bend the plane of two triangles that another one crosses. Another attempt
+    /// is made then.
     fn attempt(&self, dice: Dice) -> Option<CoverageCase> {
         let mut stage = Stage::new(dice);
         stage.furnish(self.kind);
@@ -176,8 +176,8 @@ impl Stage {
         (pixels / self.camera.pixels_per_slope()).min(0.6) * depth
     }
 
-    /// A depth for the next body: about that of the last one, or so far behind it that a body of up to 0.6 of
-    /// the depth is entirely behind it.
+    /// A depth for the next body: about the depth of the last one, or so far behind it that a body of up to
+    /// 0.6 of the depth is entirely behind it.
     fn next_depth(&mut self) -> f64 {
         let Body { centre, radius, .. } = self.bodies[self.bodies.len() - 1];
         let depth = (centre - self.camera.origin).dot(self.camera.forward);

@@ -1,8 +1,8 @@
-//! Meshes before a camera whose triangles pass through one another.
+//! Meshes in front of a camera whose triangles pass through one another.
 //!
 //! At least one crossing is visible in every case. Positions are generic: no triangles overlap in one plane,
-//! no corner is in another's plane. Where θ bends a rectangle that something crosses, or pieces hide each
-//! other cyclically, the exact reference reports it and the next attempt is taken.
+//! no corner is in another's plane. Where θ bends a rectangle that another body crosses, or pieces occlude
+//! each other cyclically, the exact reference reports it and the next attempt is taken.
 
 use flatland::plane::Filter;
 use glam::{DVec2, DVec3};
@@ -38,7 +38,7 @@ choices! {
     CrossingMoving {
         /// The crossing is at rest in the world.
         AT_REST {
-            /// A plate before the crossing bodies; the crossing is at rest.
+            /// A plate in front of the crossing bodies; the crossing is at rest.
             Front,
             /// The camera: the crossing is at rest in the world.
             Camera,

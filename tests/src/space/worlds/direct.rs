@@ -197,7 +197,7 @@ fn camera(dice: &mut Dice) -> Camera {
     }
 }
 
-/// The bare ground, the plane z = 0, before such a camera.
+/// The bare ground, the plane z = 0, in front of such a camera.
 pub(super) fn ground(dice: &mut Dice, filter: impl Fn(&mut Dice) -> Filter) -> DirectScene {
     let camera = camera(dice);
     let corner = |k: f64| (40.0 * DVec2::from_angle(k * TAU / 3.0 + 0.3)).extend(0.0);

@@ -27,14 +27,14 @@ choices! {
             Block,
             /// A lamp through a black ceiling.
             Ceiling,
-            /// Two black plates through one another, before the lamp.
+            /// Two black plates through one another, in front of the lamp.
             Shadows,
         }
         /// The camera sees the bodies that pass through the ground.
         SEEN {
-            /// A black plate that stands in the ground, before the camera.
+            /// A black plate that stands in the ground, in front of the camera.
             Fence,
-            /// A black box sunk into the ground, before the camera.
+            /// A black box sunk into the ground, in front of the camera.
             Sunk,
         }
     }

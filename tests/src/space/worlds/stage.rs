@@ -1,4 +1,4 @@
-//! Scenes under construction: bodies of a mesh before a camera with their motions, and lights of a ground.
+//! Scenes under construction: moving bodies of a mesh in front of a camera, and lights of a ground.
 
 use std::ops::Range;
 
@@ -27,7 +27,7 @@ pub(super) struct Stage {
 }
 
 impl Stage {
-    /// An empty mesh before a randomly placed camera of 4 × 4 to 8 × 8 pixels.
+    /// An empty mesh in front of a randomly placed camera of 4 × 4 to 8 × 8 pixels.
     pub(super) fn new(mut dice: Dice) -> Self {
         let frame = dice.frame();
         let camera = Camera {
@@ -68,7 +68,7 @@ impl Stage {
         (b - a).cross(c - a).dot(self.camera.origin - a) > 0.0
     }
 
-    /// Adds a body. Open triangles are turned towards the camera; those of solids face outwards as given.
+    /// Adds a body. Open triangles are turned towards the camera; triangles of solids face outwards as given.
     pub(super) fn add(&mut self, centre: DVec3, radius: f64, corners: Vec<DVec3>, triangles: &[[usize; 3]]) {
         let start = self.mesh.positions.len();
         let is_open = triangles.len() <= 2;

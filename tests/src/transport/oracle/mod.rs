@@ -53,8 +53,8 @@ const INNER: Precision = Precision { relative: 1e-8, halvings: 30, pieces: 500 }
 
 /// All pixels of a world whose parameters change with `change`, of light scattered at most `bounces` times.
 ///
-/// The time is that of N² visibility tests per node, for N lines, and the number of nodes grows a few hundred
-/// times with each scattering event after the first: three are too many.
+/// The time is proportional to N² visibility tests per node, for N lines. The number of nodes grows a few
+/// hundred times with each scattering event after the first: three events are too many.
 pub fn image(world: &World, camera: &Camera, change: &Tangent, bounces: usize) -> Vec<PixelOracle> {
     change.check(world).expect("the change fits its world");
     let scene = Scene::new(world, camera, change);

@@ -26,8 +26,8 @@ fn difference(case: &Case, bounces: usize, step: f64) -> Option<Vec<f64>> {
     Some((0..case.camera.film.pixels).map(difference).collect())
 }
 
-/// Every pixel whose derivative is not that of the values, over all cases that stay valid worlds when
-/// displaced.
+/// Every pixel whose derivative differs from the derivative of its values, over all cases that stay valid
+/// worlds when displaced.
 fn mismatches(knobs: &[Knobs], bounces: usize, step: f64, tolerance: f64) -> (usize, Vec<String>) {
     let check = |knobs: &Knobs| {
         let case = knobs.build();

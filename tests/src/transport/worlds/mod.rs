@@ -120,7 +120,7 @@ pub struct Knobs {
     pub kind: Kind,
     /// The motion.
     pub moving: Moving,
-    /// The number of shapes besides those that the kind needs, 0 to 4; some kinds bound it.
+    /// The number of shapes in addition to those of the kind, 0 to 4; some kinds bound it.
     pub shapes: usize,
     /// The number of pixels, 4 to 12.
     pub pixels: usize,

@@ -157,8 +157,8 @@ impl<T: Number> Shading<'_, T> {
         }
     }
 
-    /// Narrowness of the lobe: the concentration of a kernel on it beyond that of diffuse surfaces. For a
-    /// mixture, that of the narrower lobe.
+    /// Narrowness of the lobe: the excess of the concentration of its kernel over that of diffuse surfaces.
+    /// For a mixture, the value of the narrower lobe.
     pub(crate) fn concentration(&self) -> f64 {
         let other = self.blend.as_ref().map_or(0.0, |blend| blend.other.concentration());
         other.max(self.concentration_alone())

@@ -20,7 +20,7 @@ pub(super) struct Sheet<'s, T> {
     /// Transmitting facets, whose roughness is scaled according to the index of refraction (Burley 2015,
     /// figure 15).
     passing: Facets<T>,
-    /// Fractions: specular, and of the rest the reflected and the transmitted one.
+    /// Fractions: the specular one, and the reflected and the transmitted parts of the rest.
     glossy: T,
     reflected: T,
     passed: T,

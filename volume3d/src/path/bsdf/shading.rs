@@ -16,7 +16,7 @@ pub(crate) struct Shading<'s, T> {
     pub(crate) normal: Vec3<T>,
     pub(crate) viewer: Vec3<T>,
     pub(crate) reflectance: Rgb<T>,
-    /// Of facets, α along u.
+    /// Roughness α of microfacets along u.
     pub(crate) roughness: T,
     /// Roughness α of microfacets orthogonal to u, if they are anisotropic.
     pub(crate) across: T,

@@ -9,7 +9,7 @@ use super::*;
 use crate::optics::Coating;
 use crate::scene::{Dielectric, Principled, PrincipledThin, Reflectance, Roughness, Scattering, Value};
 
-/// Reflection models; those that transmit light come last.
+/// Reflection models; transmissive ones come last.
 fn bsdfs() -> Vec<Bsdf> {
     let white = || Reflectance::Constant(DVec3::ONE);
     let rough = |distribution, stretch| Bsdf::RoughConductor {
@@ -305,7 +305,7 @@ fn smooth_boundaries_lose_nothing() {
     }
 }
 
-/// Derivatives by the roughness and the colour agree with differences, those of the coating included.
+/// Derivatives by the roughness and the colour, also of the coating, agree with differences.
 #[test]
 fn derivatives_by_parameters_are_those_of_differences() {
     // The same step as in the coating's own test; see there.

@@ -2,7 +2,7 @@
 
 use flatland::calculus::{Number, Vec3};
 
-/// A point of an implicit surface over numbers: its normal is that of the level set through the point.
+/// A point of an implicit surface over numbers, with the normal of the level set through it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MovingLevelSet<T> {
     /// ∇φ.

@@ -136,8 +136,8 @@ impl<T: Number> SurfacePoint<T> {
         }
     }
 
-    /// Shading of one material, without those it is mixed with. `None` if it neither reflects nor transmits,
-    /// unless it is part of a mixture.
+    /// Shading of one material, without the other part of a mixture. `None` if it neither reflects nor
+    /// transmits, unless it is part of a mixture.
     #[inline]
     fn shading_of<'s, C: Calculus<Number = T>>(
         &self,

@@ -223,7 +223,8 @@ impl<'p> Wave<'p> {
         self.rows[row].active &= reflecting;
     }
 
-    /// Looks up the hits of a row. Paths that end there are removed; returns those that must continue alone.
+    /// Looks up the hits of a row. Paths that end there are removed; returns the paths that must continue
+    /// alone.
     fn arrive(&mut self, row: usize) -> u32 {
         let Faces { faces, finishes } = &self.tables.faces;
         let row = &mut self.rows[row];
@@ -317,7 +318,7 @@ impl<'p> Wave<'p> {
         traced
     }
 
-    /// Adds the reflected light, and that of the environment for rays of which only the escape matters.
+    /// Adds the reflected light, and the light of the environment for rays of which only the escape matters.
     fn light(&mut self, step: &Step<'_>) {
         let goal = step.common.map(|point| Goal { point, distances: &self.distances });
         let towards = Shadows { sheaf: &self.towards, end: goal.as_ref() };

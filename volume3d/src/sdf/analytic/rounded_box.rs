@@ -11,8 +11,8 @@ use super::{Parametric, ShapeError};
 /// φ = |q₊| − r outside the core, max(q) − r inside.
 /// ```
 ///
-/// Parameters: the components of the centre c, those of the half extents h of the core, and the rounding r.
-/// The sharp box, r = 0, has corners that no field of tracer points follows.
+/// Parameters: the components of the centre c, the half extents h of the core, and the rounding r. The sharp
+/// box, r = 0, has corners that no field of tracer points follows.
 ///
 /// Second derivatives are discontinuous between faces and edges of the rounded box; ∇φ is continuous outside
 /// the core.

@@ -32,15 +32,15 @@ const SLOPES: [[f64; WIDTH]; WIDTH] = [
     [0.0, -0.5, 0.0, 0.5],
 ];
 
-/// A sufficient bound, for which steps are nearly those of a distance.
+/// A sufficient bound: steps are then nearly as long as for a distance.
 const ENOUGH: f64 = 1.1;
 
 /// Cells processed together.
 const TOGETHER: usize = 4096;
 
 /// The longest control vector of all cells of a cubic spline with the `rough` bounds of its nodes, by layer,
-/// or [`ENOUGH`] if that is longer. Cells are looked at in the order of their rough bounds, until none is
-/// left that could have a longer one.
+/// or [`ENOUGH`] if that is longer. Cells are processed in decreasing order of their rough bounds, until no
+/// remaining cell can have a longer one.
 pub(super) fn slope(
     nodes: &[f64],
     size: [usize; 3],
@@ -66,18 +66,18 @@ pub(super) fn slope(
     found
 }
 
-/// Layers of cells that are looked at one after another.
+/// Layers of cells processed by one task.
 const SLAB: usize = 16;
 
-/// The cells of some layers for whose nodes a bound is more than [`ENOUGH`], with the greatest of them: cells
-/// are as many as nodes and one more along each axis, as beyond the border nodes are repeated.
+/// The cells of some layers with a bound above [`ENOUGH`] at one of their nodes, each with its largest bound.
+/// Along each axis there is one more cell than nodes, as nodes are repeated beyond the border.
 fn steep(
     [nx, ny, nz]: [usize; 3],
     layers: std::ops::Range<usize>,
     rough: &(dyn Fn(usize) -> Vec<f64> + Sync),
 ) -> Vec<(f64, usize)> {
     let around = |cell: usize, count: usize| cell.saturating_sub(2)..(cell + 2).min(count);
-    // The bounds of a layer of nodes, if one is large.
+    // The bounds of a layer of nodes, if any of them is large.
     let of_layer = |k: usize| Some(rough(k)).filter(|bounds| bounds.iter().any(|bound| *bound > ENOUGH));
     let (mut found, mut known) = (vec![], std::collections::VecDeque::new());
     let mut next = around(layers.start, nz).start;
@@ -156,7 +156,7 @@ mod tests {
 
     use super::*;
 
-    /// Layer by layer, the cells and bounds that looking at all nodes of every cell finds.
+    /// Layer by layer, the same cells and bounds as from all nodes of every cell.
     #[test]
     fn steep_cells_are_those_of_all_nodes() {
         let mut rng = stream(11, &[]);

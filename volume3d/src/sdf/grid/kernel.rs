@@ -19,7 +19,7 @@ const ONE: [Half; 3] = [[1.0, 0.0, 0.0, 0.0], [0.0; 4], [0.0; 4]];
 pub(super) struct Stencil<L: Lanes, const N: usize> {
     lanes: L,
     /// Weights along x, in lanes: of the value and of the first and second derivative, including the spacing.
-    /// Those beyond N are 0.
+    /// Weights beyond N are 0.
     x: [L::Double; 3],
     /// Weights along y and z.
     y: [Half; 3],

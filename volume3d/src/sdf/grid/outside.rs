@@ -85,7 +85,7 @@ impl Outside {
         SecondOrder { jet: there, hessian: (bent - outer(there.gradient)) * there.value.recip() }
     }
 
-    /// Its rate from that at the border: φ φ̇/√(φ² + d²).
+    /// Rate of √(φ² + d²), from the rate at the border: φ φ̇/√(φ² + d²).
     pub(super) fn rate(self, border: Jet<DVec3>, rate: Jet<DVec3>) -> Jet<DVec3> {
         let there = self.jet(border);
         let value = border.value * rate.value / there.value;

@@ -14,13 +14,13 @@ pub(super) struct SlopeBounds {
     pub(super) everywhere: f64,
 }
 
-/// The bounds that [`Grid`](super::Grid) states on |∇φ|, and that on second derivatives.
+/// The bounds of [`Grid`](super::Grid) on |∇φ| and on second derivatives.
 ///
-/// Of a slope it is the largest √(Σ_axis max(d₊², d₋²)) over all nodes, where d₊ and d₋ are the differences
-/// to the two neighbours along the axis, by the spacing, and 0 at the border; for `outside` of nodes with a
-/// positive node no farther away along every axis than count together, and of a cubic spline no more than its
-/// [control vectors](control) say. Nothing is kept of a node but whether it is one of those: grids may be as
-/// large as the memory.
+/// The slope bound is the largest √(Σ_axis max(d₊², d₋²)) over all nodes, where d₊ and d₋ are the differences
+/// to the two neighbours along the axis divided by the spacing, and 0 at the border. For `outside` only nodes
+/// count that have a positive node within the reach of the interpolation along every axis, and a cubic
+/// spline's bound is at most the bound by its [control vectors](control). Only one flag is stored per node:
+/// grids may be as large as the memory.
 pub(super) fn bounds(
     nodes: &[f64],
     size: [usize; 3],
@@ -43,7 +43,7 @@ pub(super) fn bounds(
     (SlopeBounds { outside, everywhere: everywhere.sqrt() }, bend)
 }
 
-/// The nodes of a grid, looked at layer by layer along its last axis.
+/// The nodes of a grid, processed layer by layer along its last axis.
 struct Layers<'n> {
     nodes: &'n [f64],
     size: [usize; 3],
@@ -52,7 +52,7 @@ struct Layers<'n> {
 }
 
 impl Layers<'_> {
-    /// Calls with every node of a layer: where it is in the layer, and the square of its bound.
+    /// Calls `f` with the position of every node in a layer and the square of its bound.
     fn for_each_square(&self, k: usize, mut f: impl FnMut(usize, f64)) {
         let [nx, ny, nz] = self.size;
         let (steps, last) = ([1, nx, nx * ny], [nx - 1, ny - 1, nz - 1]);
@@ -72,7 +72,7 @@ impl Layers<'_> {
         }
     }
 
-    /// The largest square of a layer, and the largest bound of those that are near what is positive.
+    /// The square of the largest bound of a layer, and the largest bound of nodes near positive ones.
     fn steepest(&self, k: usize) -> [f64; 2] {
         let near = self.near_layer(k);
         let (mut most, mut outside) = (0.0_f64, 0.0_f64);
@@ -83,7 +83,7 @@ impl Layers<'_> {
         [most, outside.sqrt()]
     }
 
-    /// The bounds of a layer, 0 where nothing near is positive.
+    /// The bounds of a layer; 0 for nodes that are not near a positive one.
     fn rough(&self, k: usize) -> Vec<f64> {
         let near = self.near_layer(k);
         let mut bounds = vec![0.0; near.len()];
@@ -123,7 +123,7 @@ impl Layers<'_> {
     }
 }
 
-/// Of every node whether a positive one is no more than `reach` nodes away along every axis.
+/// Whether a positive node is at most `reach` nodes away along every axis, for every node.
 fn near_positive(nodes: &[f64], [nx, ny, nz]: [usize; 3], reach: usize) -> Vec<bool> {
     let around = |at: usize, count: usize| at.saturating_sub(reach)..(at + reach + 1).min(count);
     let mut near = vec![false; nodes.len()];

@@ -278,7 +278,7 @@ fn closing_changes_no_more_than_it_must() {
     assert_eq!(thin.clone().closed(), Ok(thin));
 }
 
-/// The box is that of the nodes unless the surface, or the level, reaches the border.
+/// The box encloses the nodes unless the surface, or the level, reaches the border.
 #[test]
 fn the_box_is_that_of_the_nodes_if_the_border_is_outside() {
     for interpolation in BOTH {
@@ -297,7 +297,7 @@ fn the_box_is_that_of_the_nodes_if_the_border_is_outside() {
 }
 
 /// The distance from two points has a ridge between them that is oblique to the axes: node differences
-/// overestimate slopes there by up to √2. No slope exceeds the bound, which is that of a neighbouring cell.
+/// overestimate slopes there by up to √2. No slope exceeds the bound of a neighbouring cell.
 #[test]
 fn ridges_hardly_count_in_slope_bounds() {
     let (a, b) = (DVec3::new(0.5, 0.4, 0.45), DVec3::new(-0.5, -0.4, -0.45));

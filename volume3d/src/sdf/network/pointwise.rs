@@ -62,7 +62,7 @@ fn scaled(neurons: &Neurons, by: &[f64]) -> Vec<f64> {
     neurons.slope.iter().zip(by).map(|(slope, y)| slope * y).collect()
 }
 
-/// σ′ y + σ″ ż u: the change of σ′u, where y is the change of u and ż that of z.
+/// σ′ y + σ″ ż u: the change of σ′u, where y is the change of u and ż the change of z.
 fn turned(neurons: &Neurons, y: &[f64], moving: &[f64], u: &[f64]) -> Vec<f64> {
     let both = neurons.slope.iter().zip(&neurons.curvature).enumerate();
     both.map(|(i, (slope, curvature))| slope * y[i] + curvature * moving[i] * u[i]).collect()
@@ -148,9 +148,9 @@ impl Sdf<DVec3> for Network {
         Jet { value: moving[last][0], gradient: pull(&sweep.features, &bent) }
     }
 
-    /// Gradient of c φ + q·∇φ, where q·∇φ = φ̇ for a point with velocity q: forward ż_k = W_k ȧ_{k−1} and
-    /// ȧ = σ′ż from ȧ_{−1} = Jγ q; then backward, from z̄ = c and ż̄ = 1 at φ, with W̄ = z̄ aᵀ + ż̄ ȧᵀ,
-    /// b̄ = z̄, v = Wᵀ z̄, u = Wᵀ ż̄ at each layer and z̄ = σ′v + σ″ż u, ż̄ = σ′u before it.
+    /// Gradient of c φ + q·∇φ, where q·∇φ = φ̇ for a point with velocity q. Forward, ż_k = W_k ȧ_{k−1} and
+    /// ȧ = σ′ż from ȧ_{−1} = Jγ q. Backward, from z̄ = c and ż̄ = 1 at φ: W̄ = z̄ aᵀ + ż̄ ȧᵀ, b̄ = z̄, v = Wᵀ
+    /// z̄, u = Wᵀ ż̄ at each layer, and z̄ = σ′v + σ″ż u, ż̄ = σ′u before it.
     fn add_parameter_gradient(&self, x: DVec3, covector: Jet<DVec3>, gradient: &mut [f64]) {
         let sweep = self.sweep(x);
         let (mut moving, mut tangents) = (vec![], vec![push(&sweep.features, covector.gradient)]);

@@ -14,7 +14,7 @@ pub(super) fn architectures() -> [Architecture; 3] {
     ]
 }
 
-/// A sphere with all weights perturbed, those of the encoding less at higher frequencies.
+/// A sphere with all weights perturbed, the weights of the encoding less at higher frequencies.
 pub(super) fn network(architecture: Architecture, seed: u64) -> Network {
     let sphere = Network::sphere(architecture, 0.5, seed).expect("a network");
     let mut rng = stream(seed, &[1]);

@@ -59,7 +59,7 @@ impl<'a, const N: usize> Cells<'a, N> {
         Self { grid, firsts }
     }
 
-    /// Nodes of those cells whose values satisfy a condition.
+    /// Nodes of these cells whose values satisfy a condition.
     fn nodes_where(&self, holds: impl Fn(Block<f64, N>) -> bool) -> Vec<bool> {
         let nodes = self.grid.nodes();
         let mut counts = vec![false; nodes.len()];

@@ -106,8 +106,8 @@ impl Gather<'_> {
         }
     }
 
-    /// Weights from a corner, from which only the end of its neighbour at that same corner is visible, in all
-    /// directions of the neighbour: the limit of a point that approaches the corner.
+    /// Weights at a corner, as the limit of a point that approaches it: in all directions of the neighbouring
+    /// segment, only its end at that corner is visible.
     fn corner(&self, end: usize, panels: &Panels, [a, b]: [Dual<1>; 2], rule: &Rule, row: &mut Row) {
         let last = panels.breaks.len() - 2;
         let first = panels.first + NODES * [0, last][end];

@@ -66,12 +66,12 @@ const MOST_PARTS: usize = 1024;
 const CONVERGED: f64 = 1e-15;
 
 impl Radiosity {
-    /// Value and derivative of every pixel. The errors are estimated from the difference to a solution with
-    /// panels half as long and graded one level further, which is the one returned, plus that of the
-    /// quadrature over the film and that due to the residual of the linear system, r ρ/(1 − ρ). They are not
-    /// bounds: light that varies over less than 10⁻⁵ of a segment, or near the end of one without a vertex
-    /// near its line, may be missed by both solutions. For a lamp of length 10⁻⁶, equally far from a floor,
-    /// 3·10⁻⁶ of the light was missed without being reported.
+    /// Value and derivative of every pixel. The result comes from panels half as long and graded one level
+    /// further. Its errors are estimated as the difference between the two solutions, plus the error of the
+    /// quadrature over the film and the error due to the residual of the linear system, r ρ/(1 − ρ). They are
+    /// not bounds: light that varies over less than 10⁻⁵ of a segment, or near the end of one without a
+    /// vertex near its line, may be missed by both solutions. For a lamp of length 10⁻⁶, equally far from a
+    /// floor, 3·10⁻⁶ of the light was missed without being reported.
     ///
     /// # Errors
     /// An [`ExactError`] that names the parameter, the glossy shape, or the place where no derivative exists.
@@ -328,7 +328,7 @@ impl FilmIntegral<'_> {
             let [value, slope] = integral.value;
             Pixel {
                 value: [value, slope + primary.value],
-                // ∫ h = 1: no pixel's error exceeds the largest error of what it sees.
+                // ∫ h = 1: no pixel's error exceeds the largest error of its visible points.
                 errors: [integral.error + largest[0], integral.error + largest[1] + primary.slope()],
                 scale: integral.scale + primary.value.abs(),
             }

@@ -113,7 +113,7 @@ impl Panels {
     }
 }
 
-/// The breaks from 0 to 1 without those too near to their predecessor. Those of scale 0 are kinks, which are
+/// The breaks from 0 to 1 without those too near to their predecessor. Breaks of scale 0 are kinks, which are
 /// kept.
 fn thinned(mut wanted: Vec<Graded>) -> Vec<f64> {
     wanted.sort_unstable_by(|a, b| a.s.total_cmp(&b.s));

@@ -42,8 +42,8 @@ fn without_bodies_in_sight_the_pixels_are_the_same() {
 /// Bodies in the ground: pixels against central differences of pixels, the best of a sweep, and the same for
 /// 1.03 times the derivative.
 ///
-/// The error is of order h, because second derivatives jump, plus that of quadrature over h, both relative to
-/// the whole image.
+/// The error is of order h, because second derivatives are discontinuous, plus the error of quadrature over
+/// h, both relative to the whole image.
 #[test]
 fn pixels_past_bodies_have_the_derivatives_of_their_values() {
     let all: Vec<_> = cases(&LitCrossingKind::SEEN, 0..1).into_iter().step_by(pick(8, 2)).collect();

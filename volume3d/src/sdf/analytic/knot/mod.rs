@@ -30,8 +30,8 @@ use super::{Parametric, ShapeError};
 ///
 /// # The nearest point
 ///
-/// The nearest point is global: pieces of the curve are excluded if bounds on derivatives show that they are
-/// too far away, bisected if |x − γ|² is not proven convex by bounds on γ″ and γ‴, and otherwise have one
+/// The nearest point is global. Pieces of the curve are excluded if bounds on derivatives show that they are
+/// too far away, and bisected if bounds on γ″ and γ‴ do not prove |x − γ|² convex. Each other piece has one
 /// minimum, found by Newton's method safeguarded by bisection.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Knot {
