@@ -3,8 +3,8 @@
 //! The file's paragraphs are its title (`# …`), one sentence on the content (`> …`), its text, one displayed
 //! formula (`$$ … $$`), and the pictures: each a paragraph that begins with `![what is seen](file.png)` and
 //! continues with the caption. Text after a paragraph `---` is the section of detailed numbers. `{name}`
-//! stands for a measured value; a name known to only one side is an error. Formulas are TeX, and have no
-//! names in them.
+//! stands for a measured value; a name known to only one side is an error. `{#name}` stands for the number of
+//! the figure of this name, which the page links. Formulas are TeX, and have no names in them.
 
 use std::fmt::Display;
 
@@ -24,18 +24,20 @@ pub(crate) struct Prose {
     details: String,
     formula: String,
     pictures: Vec<Picture>,
+    values: Vec<(String, String)>,
 }
 
 impl Prose {
     /// Fills `{name}`s with the values of these names, which may contain Markdown.
     pub(crate) fn new(source: &str, values: &[(&str, &dyn Display)]) -> Result<Self> {
         let mut unused: Vec<&str> = values.iter().map(|(name, _)| *name).collect();
-        let prose = Self::parse(source, &mut |name| {
+        let mut prose = Self::parse(source, &mut |name| {
             unused.retain(|other| *other != name);
             let value = values.iter().find(|(other, _)| *other == name);
             value.map(|(_, value)| value.to_string()).with_context(|| format!("{{{name}}} has no value"))
         })?;
         ensure!(unused.is_empty(), "the text does not mention {unused:?}");
+        prose.values = values.iter().map(|(name, value)| ((*name).to_owned(), value.to_string())).collect();
         Ok(prose)
     }
 
@@ -83,6 +85,8 @@ impl Prose {
             pictures,
             data,
             table,
+            values: self.values,
+            ..Section::default()
         })
     }
 }
@@ -103,7 +107,11 @@ fn filled(text: &str, value: &mut dyn FnMut(&str) -> Result<String>) -> Result<S
                 continue;
             }
             let Some((name, after)) = after.split_once('}') else { bail!("“{{{after}” has no end") };
-            filled += &value(name)?;
+            if name.starts_with('#') {
+                filled += &format!("{{{name}}}");
+            } else {
+                filled += &value(name)?;
+            }
             rest = after;
         }
         filled += rest;

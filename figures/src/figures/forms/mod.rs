@@ -1,4 +1,4 @@
-//! Figure 3: Reynolds, divergence and reparameterised forms of one derivative.
+//! Reynolds, divergence and reparameterised forms of one derivative.
 
 mod animation;
 mod crossing;
@@ -46,22 +46,22 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let example = scene::example()?;
     let film = Film::new(SIDE, SIDE, Filter::Tent)?;
     let arrangement = Arrangement::new(&example.scene, &film)?;
-    context.step("figure 3: samples moved by T");
+    context.step("samples moved by T");
     let side = context.spend(150, 500);
     let samples = Samples::new(&example, &arrangement, Window::FILM, side, context.seed());
     let results = compute(context, &example, &arrangement, &film, &samples)?;
     let prose = prose(&results)?;
     let setting = terms_picture::Setting { example: &example, arrangement: &arrangement, film: &film };
     let canvas = terms_picture::draw(&setting, &results);
-    context.png("figure3_forms.png", &canvas)?;
+    context.png("forms.png", &canvas)?;
     let canvas = sampled_picture::draw(&results);
-    context.png("figure3_samples.png", &canvas)?;
-    context.step("figure 3: animation");
+    context.png("forms_samples.png", &canvas)?;
+    context.step("animation");
     let frames = animation::frames(&example, &arrangement, context.spend(20, 48), context.seed())?;
-    context.animation("figure3_motion.png", &frames, context.spend(120, 50))?;
+    context.animation("forms_motion.png", &frames, context.spend(120, 50))?;
     let data = [
-        context.csv("figure3_pixels.csv", &pixels(&results))?,
-        context.csv("figure3_crossings.csv", &crossing_table(&results))?,
+        context.csv("forms_pixels.csv", &pixels(&results))?,
+        context.csv("forms_crossings.csv", &crossing_table(&results))?,
     ];
     prose.section("forms", data.to_vec(), table(&results))
 }
@@ -73,11 +73,11 @@ fn compute<'a>(
     film: &Film,
     samples: &'a Samples,
 ) -> anyhow::Result<Results<'a>> {
-    context.step("figure 3: exact terms");
+    context.step("exact terms");
     let tent = exact::terms(example, arrangement, film)?;
     let boxed = exact::terms(example, arrangement, &film.with_filter(Filter::Box))?;
     let central = exact::central_difference(example, film)?;
-    context.step("figure 3: warped-area sampling");
+    context.step("warped-area sampling");
     let estimate = sampled::estimate(context, example, film, &tent.total, Weighting::default())?;
     let gaussian = sampled::estimate(context, example, film, &tent.total, Weighting::Gaussian)?;
     let pairs = sampled::sample_pairs(context, example, film)?;

@@ -72,7 +72,7 @@ fn panels(results: &Results<'_>) -> Vec<(String, Content)> {
         ("image I, and how the scene moves".to_owned(), Content::Image),
         term("dI/dθ = (c) + (d)", &tent.total),
         term("interior term ∫ h ∂f/∂θ du", &tent.interior),
-        term("edge integral ∮ h Δf (v·ν) dl", &tent.edge),
+        term("edge integral ∮ h Δf (v·n) dl", &tent.edge),
         ("a field V that obeys both rules".to_owned(), Content::Field),
         term("area integral ∫ ∇·(V h f) du", &tent.area),
         residual("(f) − (d)", difference(&tent.area, &tent.edge)),

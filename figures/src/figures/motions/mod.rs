@@ -1,4 +1,4 @@
-//! Figure 12: variance and bias of every method on rotating cylinders and foliage.
+//! Variance and bias of every method on rotating cylinders and foliage.
 
 mod picture;
 mod scene;
@@ -21,9 +21,9 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
         [Setting::cylinders(side, context.seed())?, Setting::foliage(side, context.seed())?];
     let studies = [Study::new(context, cylinders, 0)?, Study::new(context, foliage, 1)?];
     let prose = prose(&studies)?;
-    context.png("figure12_motions.png", &picture::draw(&studies))?;
+    context.png("motions.png", &picture::draw(&studies))?;
     let table = table(&studies);
-    let data = context.csv("figure12_motions.csv", &table)?;
+    let data = context.csv("motions.csv", &table)?;
     prose.section("motions", vec![data], table)
 }
 

@@ -70,7 +70,7 @@ const LEAST: f64 = 2.5e-3;
 impl Study {
     pub(super) fn new(context: &Context, setting: Setting, index: u64) -> anyhow::Result<Self> {
         let name = setting.name;
-        let progress = |what: &str| context.progress(&format!("12 {name}{what}"));
+        let progress = |what: &str| context.progress(&format!("{name}{what}"));
         let image = render(&setting.scene, context.spend(64, 512), context.seed(), &progress(""))?;
         let task = |samples: usize, words: &[u64]| Task {
             scene: &setting.scene,
