@@ -1,5 +1,6 @@
 //! Regenerates every figure and study: pictures, the data behind them, and a gallery page.
 
+mod accuracy;
 mod context;
 mod explore;
 mod figures;
@@ -61,10 +62,11 @@ enum Command {
 /// The names of all figures with their descriptions.
 fn choices() -> PossibleValuesParser {
     let all = PossibleValue::new("all").help("Every figure, and the gallery page");
+    let some = PossibleValue::new("accuracy").help("Those of the page on speed against accuracy, and that page");
     let one = |(index, figure): (usize, &figures::Figure)| {
         PossibleValue::new(figure.name).help(format!("Figure {}: {}", index + 1, figure.about))
     };
-    std::iter::once(all).chain(figures::ALL.iter().enumerate().map(one)).collect::<Vec<_>>().into()
+    [all, some].into_iter().chain(figures::ALL.iter().enumerate().map(one)).collect::<Vec<_>>().into()
 }
 
 fn main() -> ExitCode {
@@ -88,7 +90,13 @@ fn main() -> ExitCode {
 }
 
 fn run(options: &Options) -> anyhow::Result<()> {
-    let is_chosen = |f: &figures::Figure| options.figures.iter().any(|name| name == "all" || name == f.name);
+    let is_chosen = |f: &figures::Figure| {
+        options.figures.iter().any(|name| match name.as_str() {
+            "all" => true,
+            "accuracy" => accuracy::FIGURES.contains(&f.name),
+            name => name == f.name,
+        })
+    };
     let chosen: Vec<_> = figures::ALL.iter().enumerate().filter(|(_, f)| is_chosen(f)).collect();
     let is_study = matches!(options.quality, Quality::Short | Quality::Full);
     ensure!(!options.record || is_study, "--record needs --quality short or --quality full");
@@ -105,8 +113,9 @@ fn run(options: &Options) -> anyhow::Result<()> {
     let names = figures::ALL.map(|figure| figure.name);
     let gallery = Gallery { folder, drawings: &drawings, names: &names, sections: &sections };
     let part = |text, id| prose::Prose::new(text, &[])?.section(id, vec![], output::Table::default());
+    let page = if accuracy::write(&gallery)? && options.figures == ["accuracy"] { accuracy::FILE } else { "index.html" };
     gallery.write(&part(figures::INTRODUCTION, "opening")?, &part(figures::LECTURE, "lecture")?)?;
-    context.finish(&options.out.join("index.html"));
+    context.finish(&options.out.join(page));
     Ok(())
 }
 

@@ -5,6 +5,7 @@
 //! other connection, and nothing leaves the machine.
 
 mod numbers;
+mod rays;
 mod server;
 mod state;
 

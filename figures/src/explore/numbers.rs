@@ -1,5 +1,6 @@
 //! Numbers of a state: image, field and derivatives, by every method.
 
+use std::collections::BTreeMap;
 use std::time::Instant;
 
 use anyhow::Result;
@@ -12,14 +13,15 @@ use flatland::warp::{BoundaryFunction, Debias, Warp, Weighting};
 use glam::DVec2;
 use serde::Serialize;
 
-use super::state::{FLOOR, LIGHT, OCCLUDER, State};
+use super::rays::{Moment, Ray, rays, swing};
+use super::state::{FLOOR, LIGHT, OCCLUDER, State, WALL};
 use crate::figures::common::Agreement;
 
 /// Tolerance of the values called exact, relative to the sum of absolute terms: finer than any screen.
-const TOLERANCE: f64 = 1e-5;
+const TOLERANCE: f64 = 1e-4;
 /// Places on the film at which the field is shown, and number of estimates averaged at each.
-const PLACES: usize = 240;
-const REPEATS: u64 = 8;
+const PLACES: usize = 192;
+const REPEATS: u64 = 4;
 /// Reach of the mean over discontinuities, in kernel widths.
 const REACH: f64 = 8.0;
 
@@ -37,6 +39,10 @@ pub(super) struct Numbers {
     methods: Vec<Estimate>,
     /// V over the film in pixels per unit of θ, at equally spaced places.
     fields: Vec<Field>,
+    /// Auxiliary rays around a place on the film, and what is seen while θ swings.
+    rays: Vec<Ray>,
+    swing: Vec<Moment>,
+    ranges: BTreeMap<&'static str, [f64; 2]>,
     milliseconds: f64,
 }
 
@@ -62,6 +68,8 @@ struct Estimate {
     noise: f64,
     /// Rays per sample.
     rays: f64,
+    /// Rays a pixel to a noise of 10 %.
+    needed: f64,
 }
 
 #[derive(Debug, Serialize)]
@@ -91,6 +99,9 @@ impl Numbers {
             exact,
             methods,
             fields: setting.fields(),
+            rays: rays(state, &world, &camera, setting.warp()),
+            swing: swing(state, PLACES)?,
+            ranges: State::ranges().collect(),
             milliseconds: start.elapsed().as_secs_f64() * 1e3,
         })
     }
@@ -143,6 +154,7 @@ impl Posed<'_> {
                 slope_error: agreement.slope.error,
                 noise: agreement.noise,
                 rays: found.rays as f64 / (samples * values.len()) as f64,
+                needed: found.rays as f64 / values.len() as f64 * (agreement.noise / 0.1).powi(2),
                 values,
                 errors: found.standard_error.total,
             })
@@ -182,7 +194,8 @@ impl Posed<'_> {
                     FLOOR => "floor",
                     LIGHT => "light",
                     OCCLUDER => "occluder",
-                    _ => "wall",
+                    WALL => "wall",
+                    _ => "leaf",
                 },
                 points: shape.points().iter().map(DVec2::to_array).collect(),
                 is_closed: shape.is_closed(),
@@ -203,6 +216,7 @@ mod tests {
             "samples=1024&rays=0",
             "samples=1024&rays=0&width=0.3&moves=3",
             "samples=1024&rays=0&moves=4&gamma=2",
+            "samples=1024&rays=0&leaves=30",
         ] {
             let numbers = Numbers::new(&State::parse(link).unwrap()).unwrap();
             let [naive, edges, warped, jumps] = numbers.methods.as_slice() else { panic!() };
@@ -211,6 +225,9 @@ mod tests {
                 assert!(off < 5.0 * method.slope_error && method.slope_error < 0.1, "{link} {method:?}");
             }
             assert!((naive.slope - 1.0).abs() > 0.3, "{link} {}", naive.slope);
+            let shares: f64 = numbers.rays.iter().map(|ray| ray.share).sum();
+            assert!((shares - 1.0).abs() < 1e-9 && numbers.rays.len() == 16, "{link} {shares}");
+            assert_eq!(numbers.swing.len(), 13);
         }
     }
 }

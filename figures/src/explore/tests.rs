@@ -14,17 +14,24 @@ const PROBE: &str = r##"<!DOCTYPE html><body><iframe id="page" style="width:900p
 const frame = document.getElementById("page"), wait = time => new Promise(done => setTimeout(done, time));
 frame.onload = async () => {
   const page = frame.contentDocument, world = page.getElementById("world");
-  const rows = () => [...page.querySelectorAll("#methods tbody tr")].map(row => row.children[2].textContent);
+  const rows = () => [...page.querySelectorAll("#methods tbody tr:not(.exact)")].map(row => row.children[2].textContent);
   for (let i = 0; i < 200 && !rows().length; i++) await wait(50);
-  const first = rows().join(), box = world.getBoundingClientRect();
+  const box = world.getBoundingClientRect();
   const at = (x, y) => ({ clientX: box.left + x / 10 * box.width, clientY: box.top + (6.8 - y) / 7.2 * box.height, pointerId: 1, bubbles: true });
-  world.dispatchEvent(new frame.contentWindow.PointerEvent("pointerdown", at(4.9, 1.8)));
-  world.dispatchEvent(new frame.contentWindow.PointerEvent("pointermove", at(6, 2.5)));
-  world.dispatchEvent(new frame.contentWindow.PointerEvent("pointerup", at(6, 2.5)));
-  for (let i = 0; i < 200 && rows().join() == first; i++) await wait(50);
-  await wait(500);
+  const drag = async (from, to) => {
+    const before = rows().join();
+    world.dispatchEvent(new frame.contentWindow.PointerEvent("pointerdown", at(...from)));
+    world.dispatchEvent(new frame.contentWindow.PointerEvent("pointermove", at(...to)));
+    world.dispatchEvent(new frame.contentWindow.PointerEvent("pointerup", at(...to)));
+    for (let i = 0; i < 200 && rows().join() == before; i++) await wait(50);
+    await wait(500);
+  };
+  // Beyond its limits a handle stays at them.
+  await drag([4.9, 1.8], [9.9, 6.7]);
+  const limits = frame.contentWindow.location.hash, error = page.getElementById("error").textContent;
+  await drag([8, 4.6], [6, 2.5]);
   const wide = page.documentElement.scrollWidth > frame.clientWidth ? "too wide" : "";
-  document.getElementById("found").textContent = [frame.contentWindow.location.hash, ...rows(), wide].join("\n");
+  document.getElementById("found").textContent = [limits, frame.contentWindow.location.hash, ...rows(), wide, error].join("\n");
 };
 frame.src = "/";
 </script>"##;
@@ -123,7 +130,10 @@ fn what_is_dragged_shows_the_numbers_of_the_library() {
     let (dom, log) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     let found = dom.split_once("id=\"found\">").and_then(|(_, rest)| rest.split_once("</pre>")).unwrap().0;
     let mut lines = found.lines();
-    let link = lines.next().unwrap().trim_start_matches('#').replace("&amp;", "&");
+    let mut link = || lines.next().unwrap().trim_start_matches('#').replace("&amp;", "&");
+    let limits = link();
+    assert!(limits.contains("ox=8&") && limits.contains("oy=4.6&"), "{limits}");
+    let link = link();
     let state = State::parse(&link).unwrap();
     let moved = serde_json::to_value(&link).unwrap();
     assert!(link.contains("ox=6") || link.contains("ox=5.9"), "{moved}");
@@ -132,6 +142,6 @@ fn what_is_dragged_shows_the_numbers_of_the_library() {
         let [slope, error] = ["slope", "slope_error"].map(|key| method[key].as_f64().unwrap());
         assert_eq!(lines.next(), Some(format!("{slope:.3} ± {error:.3}").as_str()), "{method}");
     }
-    assert_eq!(lines.next().unwrap_or_default(), "", "{found}");
+    assert_eq!(lines.collect::<String>(), "", "{found}");
     assert!(!log.contains("CONSOLE"), "{log}");
 }

@@ -69,11 +69,12 @@ const fn study(
 }
 
 /// All figures in the order of their numbers, from 1 on: that of the lecture.
-pub(crate) const ALL: [Figure; 18] = [
-    figure("forms", "Reynolds, divergence and reparameterised forms of one derivative", 8.0, forms::draw),
+pub(crate) const ALL: [Figure; 19] = [
+    figure("forms", "the boundary term: Reynolds and divergence, exactly", 8.0, forms::draw),
     figure("fields", "every construction of the warp field on one scene", 8.0, fields::draw),
     figure("attempts", "the three attempts along a line across a silhouette", 8.0, attempts::draw),
     figure("trade", "bias, variance and time: the trade", 20.0, trade::draw),
+    figure("motion", "samples that move with the field, and the same derivative", 4.0, forms::draw_motion),
     figure("edges", "edge sampling and warped area as a scene grows", 8.0, edges::draw),
     figure("drawing", "a real drawing and its gradient image", 8.0, drawing::draw),
     figure(

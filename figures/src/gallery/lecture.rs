@@ -8,17 +8,20 @@ use super::html::{escape, image, window};
 use super::section::{Drawing, Section};
 use crate::plot::Rect;
 
-/// The slides: the section's pictures with their captions. A file name may end in `#b-d`, which shows these
-/// panels alone.
+/// The slides: those pictures of the section that are drawn, with their captions. A file name may end in
+/// `#b-d`, which shows these panels alone.
 pub(super) fn lecture(slides: &Section, drawings: &BTreeMap<String, Drawing>) -> Result<String> {
     let mut html = format!(
         "<div id=\"lecture\" role=\"dialog\" aria-label=\"{}\" hidden>\n",
         escape(&slides.title)
     );
-    let count = slides.pictures.len();
-    for (i, slide) in slides.pictures.iter().enumerate() {
+    let drawn = slides.pictures.iter().filter_map(|slide| {
         let (file, panels) = slide.file.split_once('#').unwrap_or((&slide.file, ""));
-        let drawing = drawings.get(file).with_context(|| format!("slide {}: {file} was not drawn", i + 1))?;
+        Some((slide, file, panels, drawings.get(file)?))
+    });
+    let drawn: Vec<_> = drawn.collect();
+    let count = drawn.len();
+    for (i, (slide, file, panels, drawing)) in drawn.into_iter().enumerate() {
         let shown = if panels.is_empty() {
             let ratio = drawing.size[0] / drawing.size[1];
             format!("<div class=\"part\" style=\"--ratio:{ratio:.4}\">{}</div>", image(file, &slide.alt, drawing, ""))

@@ -190,7 +190,15 @@ pub(super) fn effort(quality: Quality) -> Effort {
     };
     match quality {
         Quality::Full => full,
-        Quality::Short => Effort { side: 40, cells: 16, phases: vec![50; 2], points: 20_000, ..full },
+        Quality::Short => Effort {
+            side: 32,
+            cells: 12,
+            phases: vec![40, 30],
+            samples: 4,
+            points: 10_000,
+            meshed: 48,
+            ..full
+        },
         Quality::Draft => live,
         Quality::Sketch => Effort {
             side: 16,
@@ -209,7 +217,7 @@ pub(super) fn effort(quality: Quality) -> Effort {
 pub(super) fn architecture(quality: Quality) -> Architecture {
     let width = match quality {
         Quality::Full => 64,
-        Quality::Short => 48,
+        Quality::Short => 32,
         Quality::Draft => 32,
         Quality::Sketch => 8,
     };

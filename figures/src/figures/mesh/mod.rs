@@ -62,6 +62,7 @@ fn prose(study: &Study) -> anyhow::Result<Prose> {
             ("slope_differences", &slope(differences.0)),
             ("error_differences", &number(differences.1)),
             ("runs", &RUNS),
+            ("block", &picture::BLOCK),
         ],
     )
 }

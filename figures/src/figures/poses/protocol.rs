@@ -50,7 +50,7 @@ pub(super) struct Effort {
 impl Effort {
     pub(super) const FULL: Self =
         Self { steps: 96, stride: 8, starts: [85, 24, 24, 12, 12, 12], seeds: 12, target: 1024 };
-    pub(super) const SHORT: Self = Self { starts: [12, 8, 6, 4, 4, 4], seeds: 4, ..Self::FULL };
+    pub(super) const SHORT: Self = Self { starts: [8, 8, 6, 4, 4, 4], seeds: 4, ..Self::FULL };
     /// Just enough to show that everything runs.
     pub(super) const SKETCH: Self =
         Self { steps: 2, stride: 1, starts: [2, 1, 1, 1, 1, 1], seeds: 2, target: 16 };

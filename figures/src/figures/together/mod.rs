@@ -33,7 +33,7 @@ pub(crate) fn live(context: &Context) -> anyhow::Result<Section> {
 
 /// Measures, draws and explains.
 pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
-    let study = Study::new(context, context.study(Effort::SKETCH, Effort::FULL, Effort::FULL))?;
+    let study = Study::new(context, context.study(Effort::SKETCH, Effort::SHORT, Effort::FULL))?;
     let prose = prose(&study)?;
     context.png("together.png", &picture::draw(&study))?;
     let table = summary(&study);

@@ -30,6 +30,7 @@ pub(super) struct Effort {
 
 impl Effort {
     pub(super) const FULL: Self = Self { side: 28, steps: 400, fits: 12, samples: [256, 16, 8] };
+    pub(super) const SHORT: Self = Self { steps: 300, fits: 6, ..Self::FULL };
     /// One fit while one waits.
     pub(super) const LIVE: Self = Self { side: 24, steps: 160, fits: 1, samples: [256, 8, 4] };
     /// Just enough to show that everything runs.

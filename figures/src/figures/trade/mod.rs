@@ -15,7 +15,7 @@ use self::front::{Contender, EDGES, JUMPS, MULTILEVEL, REACH, front};
 use self::regression::Bias;
 use self::target::{KAPPA, Target, VERTICES};
 use crate::context::Context;
-use crate::figures::common::{listed, percent};
+use crate::figures::common::{crossovers, listed, percent, times};
 use crate::gallery::Section;
 use crate::output::{Cell, Table};
 use crate::plot::number;
@@ -45,7 +45,15 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     context.png("trade.png", &page::trade_page(&schemes, &forward, &reverse))?;
     let results = Results { rays, kappa, gamma, schemes, forward, reverse };
     let data = results.write(context)?;
-    results.prose()?.section("trade", data, results.methods())
+    let mut section = results.prose()?.section("trade", data, results.methods())?;
+    let priced = |all: &[Contender]| all.iter().map(Contender::priced).collect::<Vec<_>>();
+    let (forward, reverse) = (priced(&results.forward), priced(&results.reverse));
+    section.values.push(("times".to_owned(), times(&forward)));
+    section.values.push(("times_reverse".to_owned(), times(&reverse)));
+    if let Some(multilevel) = forward.iter().find(|method| method.name == MULTILEVEL) {
+        section.values.push(("crossovers".to_owned(), crossovers(&forward, multilevel)));
+    }
+    Ok(section)
 }
 
 /// All measurements.

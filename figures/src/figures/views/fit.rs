@@ -62,12 +62,12 @@ impl Effort {
         coarse: false,
     };
     pub(super) const SHORT: Self = Self {
-        side: 64,
-        views: 12,
-        phases: &[70, 80],
-        samples: [12, 4],
+        side: 48,
+        views: 10,
+        phases: &[60, 60],
+        samples: [8, 4],
         shown: 64,
-        every: 10,
+        points: 4000,
         ..Self::FULL
     };
     /// A fit while one waits.

@@ -23,14 +23,16 @@ const TITLE: &str = "Meshes from their views: a sphere becomes a bunny, a torus 
 /// Fits one shape in one light, in small pictures.
 pub(crate) fn live(context: &Context) -> anyhow::Result<Section> {
     let fit = Fit::new(context, Effort::LIVE, Subject::Bunny, Light::ALL[0])?;
-    let values: &[(&str, &dyn std::fmt::Display)] = &[
-        ("steps", &fit.effort.steps()),
-        ("views", &fit.effort.views),
-        ("side", &fit.effort.side),
-        ("start", &percent(fit.moments[0].chamfer)),
-        ("end", &percent(fit.chamfer())),
-    ];
-    let prose = Prose::new(include_str!("live.md"), values)?;
+    let prose = Prose::new(
+        include_str!("live.md"),
+        &[
+            ("steps", &fit.effort.steps()),
+            ("views", &fit.effort.views),
+            ("side", &fit.effort.side),
+            ("start", &percent(fit.moments[0].chamfer)),
+            ("end", &percent(fit.chamfer())),
+        ],
+    )?;
     context.png("views_live.png", &picture::draw(&[fit], ""))?;
     prose.section("views", vec![], Table::default())
 }
