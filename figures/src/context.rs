@@ -217,7 +217,14 @@ impl Pace {
         let (part, left) = self.at(self.start.elapsed().as_secs_f64());
         let full = (24.0 * part.clamp(0.0, 1.0)) as usize;
         let left = left.ceil() as u64;
-        format!("{}{} {:3.0} %, {}:{:02} left", "█".repeat(full), "░".repeat(24 - full), 100.0 * part, left / 60, left % 60)
+        format!(
+            "{}{} {:3.0} %, {}:{:02} left",
+            "█".repeat(full),
+            "░".repeat(24 - full),
+            100.0 * part,
+            left / 60,
+            left % 60
+        )
     }
 }
 

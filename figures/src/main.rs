@@ -62,7 +62,8 @@ enum Command {
 /// The names of all figures with their descriptions.
 fn choices() -> PossibleValuesParser {
     let all = PossibleValue::new("all").help("Every figure, and the gallery page");
-    let some = PossibleValue::new("accuracy").help("Those of the page on speed against accuracy, and that page");
+    let some =
+        PossibleValue::new("accuracy").help("Those of the page on speed against accuracy, and that page");
     let one = |(index, figure): (usize, &figures::Figure)| {
         PossibleValue::new(figure.name).help(format!("Figure {}: {}", index + 1, figure.about))
     };
@@ -113,7 +114,11 @@ fn run(options: &Options) -> anyhow::Result<()> {
     let names = figures::ALL.map(|figure| figure.name);
     let gallery = Gallery { folder, drawings: &drawings, names: &names, sections: &sections };
     let part = |text, id| prose::Prose::new(text, &[])?.section(id, vec![], output::Table::default());
-    let page = if accuracy::write(&gallery)? && options.figures == ["accuracy"] { accuracy::FILE } else { "index.html" };
+    let page = if accuracy::write(&gallery)? && options.figures == ["accuracy"] {
+        accuracy::FILE
+    } else {
+        "index.html"
+    };
     gallery.write(&part(figures::INTRODUCTION, "opening")?, &part(figures::LECTURE, "lecture")?)?;
     context.finish(&options.out.join(page));
     Ok(())

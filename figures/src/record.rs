@@ -168,11 +168,8 @@ pub(crate) fn read(
     let open = |path: &Path| std::fs::read(path).with_context(|| format!("reading {}", path.display()));
     let named = || path.display().to_string();
     let record: Record = serde_json::from_slice(&open(&path)?).with_context(named)?;
-    let values: Vec<(&str, &dyn std::fmt::Display)> = record
-        .values
-        .iter()
-        .map(|(name, value)| (name.as_str(), value as &dyn std::fmt::Display))
-        .collect();
+    let values: Vec<(&str, &dyn std::fmt::Display)> =
+        record.values.iter().map(|(name, value)| (name.as_str(), value as &dyn std::fmt::Display)).collect();
     let prose = Prose::new(text, &values).with_context(named)?;
     let mut section = prose.section(name, record.data.clone(), record.table)?;
     section.origin_html = crate::prose::html(&record.origin.sentence())?;

@@ -1,9 +1,9 @@
-//! The pages in a real browser, where the machine has one: at the widths of a telephone, of a desk and of a wide
-//! screen, for bright and for dark pages. Nothing is missing, nothing is wider than its box, no link is dead,
-//! and nothing is written to the console.
+//! The pages in a real browser, where the machine has one: at the widths of a telephone, a desk and a wide
+//! screen, bright and dark. Nothing is missing, nothing is wider than its box, no link is dead, and nothing is
+//! written to the console.
 //!
-//! By default a small gallery is drawn. The variable GALLERY names the folder of one that is drawn already, and
-//! CHROMIUM a browser.
+//! By default a small gallery is drawn. The variable GALLERY names the folder of one that is drawn already,
+//! and CHROMIUM a browser.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -116,8 +116,7 @@ fn pages_are_whole_at_every_width() {
             let (links, wrong): (Vec<&str>, Vec<&str>) =
                 found.lines().skip(1).partition(|line| line.starts_with("link "));
             let file = |link: &&str| link["link ".len()..].split('#').next().unwrap_or_default().to_owned();
-            let dead: Vec<String> =
-                links.iter().map(file).filter(|file| !out.join(file).exists()).collect();
+            let dead: Vec<String> = links.iter().map(file).filter(|file| !out.join(file).exists()).collect();
             assert!(dead.is_empty(), "{which}: dead links {dead:?}");
             assert!(wrong.is_empty(), "{which}:\n{}", wrong.join("\n"));
             assert!(!log.contains("CONSOLE"), "{which}: {log}");

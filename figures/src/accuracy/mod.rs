@@ -38,11 +38,13 @@ pub(crate) fn write(gallery: &Gallery<'_>) -> Result<bool> {
     }
     let section = |id: &str, text: &str, figures: &[&str]| -> Result<Section> {
         let named = || format!("part {id} of {FILE}");
-        let lookup = |name: &str| values.get(name).cloned().with_context(|| format!("no figure tells {name}"));
+        let lookup =
+            |name: &str| values.get(name).cloned().with_context(|| format!("no figure tells {name}"));
         let data = figures.iter().flat_map(|name| data[name].clone()).collect();
         Prose::of(text, lookup).with_context(named)?.section(id, data, Table::default())
     };
-    let parts = PARTS.iter().map(|(id, text, figures)| section(id, text, figures)).collect::<Result<Vec<_>>>()?;
+    let parts =
+        PARTS.iter().map(|(id, text, figures)| section(id, text, figures)).collect::<Result<Vec<_>>>()?;
     gallery.write_summary(FILE, &section("opening", OPENING, &[])?, &parts)?;
     Ok(true)
 }

@@ -17,11 +17,10 @@ use super::rays::{Moment, Ray, rays, swing};
 use super::state::{FLOOR, LIGHT, OCCLUDER, State, WALL};
 use crate::figures::common::Agreement;
 
-/// Tolerance of the values called exact, relative to the sum of absolute terms: finer than any screen.
-const TOLERANCE: f64 = 1e-4;
-/// Places on the film at which the field is shown, and number of estimates averaged at each.
+/// Places on the film at which the field is shown.
 const PLACES: usize = 192;
-const REPEATS: u64 = 4;
+/// Most samples a pixel while something is dragged.
+const QUICK_SAMPLES: usize = 16;
 /// Reach of the mean over discontinuities, in kernel widths.
 const REACH: f64 = 8.0;
 
@@ -79,15 +78,17 @@ struct Field {
 }
 
 impl Numbers {
-    pub(super) fn new(state: &State) -> Result<Self> {
+    /// All numbers of a state; while something is dragged, coarser ones.
+    pub(super) fn new(state: &State, is_quick: bool) -> Result<Self> {
         let start = Instant::now();
+        let effort = if is_quick { Effort::QUICK } else { Effort::WHOLE };
         let (world, camera) = (state.world()?, state.camera());
         let change = state.change(&world);
-        let exact = Exact { tolerance: TOLERANCE, ..Exact::default() };
+        let exact = Exact { tolerance: effort.tolerance, ..Exact::default() };
         let image = exact.image(&world, &camera)?.pixels;
         let exact: Vec<f64> =
             exact.gradient(&world, &camera, &change)?.pixels.iter().map(|t| t.total()).collect();
-        let setting = Posed { state, world: &world, camera: &camera, change: &change };
+        let setting = Posed { state, effort, world: &world, camera: &camera, change: &change };
         let methods = setting.methods(&exact)?;
         let ends = [0.0, camera.film.pixels as f64].map(|u| camera.direction(u).to_array());
         Ok(Self {
@@ -107,9 +108,26 @@ impl Numbers {
     }
 }
 
+/// How fine the numbers are.
+#[derive(Clone, Copy)]
+struct Effort {
+    /// Tolerance of the values called exact, relative to the sum of absolute terms.
+    tolerance: f64,
+    most_samples: usize,
+    /// Number of estimates averaged at each place of a field.
+    repeats: u64,
+}
+
+impl Effort {
+    /// Finer than any screen.
+    const WHOLE: Self = Self { tolerance: 1e-4, most_samples: usize::MAX, repeats: 4 };
+    const QUICK: Self = Self { tolerance: 1e-3, most_samples: QUICK_SAMPLES, repeats: 1 };
+}
+
 /// A state with the objects built from it.
 struct Posed<'a> {
     state: &'a State,
+    effort: Effort,
     world: &'a World,
     camera: &'a Camera,
     change: &'a Tangent,
@@ -126,7 +144,7 @@ impl Posed<'_> {
     }
 
     fn methods(&self, exact: &[f64]) -> Result<Vec<Estimate>> {
-        let (samples, seed) = (self.state.samples(), self.state.seed());
+        let (samples, seed) = (self.state.samples().min(self.effort.most_samples), self.state.seed());
         let paths = Paths { bounces: 1, ..Paths::default() };
         let kernels = Kernels { film: self.state.kappa(), ..Kernels::default() };
         let warped = |construction| WarpedArea {
@@ -180,7 +198,7 @@ impl Posed<'_> {
         };
         vec![
             along("direct: what is seen", Construction::Direct, 1),
-            along("warped area", Construction::Local(self.warp()), REPEATS),
+            along("warped area", Construction::Local(self.warp()), self.effort.repeats),
             along("mean over jumps", Construction::JumpMean { reach: REACH }, 1),
         ]
     }
@@ -218,7 +236,7 @@ mod tests {
             "samples=1024&rays=0&moves=4&gamma=2",
             "samples=1024&rays=0&leaves=30",
         ] {
-            let numbers = Numbers::new(&State::parse(link).unwrap()).unwrap();
+            let numbers = Numbers::new(&State::parse(link).unwrap(), false).unwrap();
             let [naive, edges, warped, jumps] = numbers.methods.as_slice() else { panic!() };
             for method in [edges, warped, jumps] {
                 let off = (method.slope - 1.0).abs();

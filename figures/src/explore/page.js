@@ -7,9 +7,9 @@ const HANDLES = [["occluder", "ox", "oy"], ["light", "lx", "ly"], ["camera", "cx
 let state = Object.fromEntries(new URLSearchParams(location.hash.slice(1)));
 // What each teaches: a name, a state, and a sentence.
 const PRESETS = [
-  ["clutter", "leaves=40&samples=256&rays=0&moves=2", "A plant turns. Edge sampling draws points on all edges, most of which are hidden; the mean over jumps needs the fewest rays for the same noise, and naive differentiation is far off."],
+  ["a shadow", "samples=256&rays=0&moves=3", "The light moves to the right. Nothing moves on the film but the shadow, a silhouette as the floor sees it, and naive differentiation says that nothing changes. The mean over jumps needs the fewest rays for the same noise."],
+  ["clutter", "leaves=40&samples=128&rays=0&moves=2", "A plant turns. Edge sampling draws points on all edges, of which most are hidden; the mean over jumps averages the velocities of the edges near each sample."],
   ["one silhouette", "samples=256&rays=0&moves=1&ox=4.2&oy=3.2&ly=6.4&lx=7.6", "The occluder rises. Its silhouettes move over the film: peaks that naive differentiation does not see at all."],
-  ["a shadow", "samples=256&rays=0&moves=3", "Only the light moves. Nothing moves on the film but the shadow, which is a silhouette seen from the floor."],
   ["a lobe", "samples=256&rays=0&width=0.12&moves=0", "The floor shines. Light comes from one direction, and few samples decide: all methods grow noisier."],
   ["few rays are biased", "samples=1024&rays=2&moves=0", "Two auxiliary rays a sample: V is a quotient of two sums, and its mean is not the quotient of the means. The slope falls short of 1 by more than its error."],
   ["γ too small", "samples=1024&rays=64&gamma=0.25&moves=0", "With γ = 0.25 the weight hardly knows the silhouette: V misses its speed, and no number of rays helps."],
@@ -43,7 +43,7 @@ async function ask() {
   busy = true;
   const query = new URLSearchParams(state).toString();
   try {
-    const response = await fetch("/numbers?" + query);
+    const quick = held !== null, response = await fetch((quick ? "/quick?" : "/numbers?") + query);
     const text = await response.text();
     byId("error").textContent = response.ok ? "" : text;
     if (response.ok) {
@@ -54,6 +54,7 @@ async function ask() {
       byId("link").href = "#" + query;
       frames = frames.concat(performance.now()).slice(-12);
       draw();
+      document.body.dataset.shown = quick ? "" : query;
     } else if (numbers && !waits) state = Object.fromEntries(new URLSearchParams(numbers.link));
   } catch (error) { byId("error").textContent = "The program does not answer: is it still running?"; }
   busy = false;
@@ -77,8 +78,10 @@ function draw() {
   plot("derivative", [...numbers.methods, exact], true, "change of radiance a unit of θ");
   plot("field", numbers.fields, false, "pixels a unit of θ");
   byId("fields").innerHTML = numbers.fields.map(f => `<span style="color:${COLORS[f.name]}">■</span> ${f.name}`).join(" · ");
+  const isWrong = m => Math.abs(m.slope - 1) > Math.max(0.1, 4 * m.slope_error);
+  const needed = m => isWrong(m) ? "never right" : Math.round(Number(m.needed.toPrecision(2))).toLocaleString("en");
   const row = m => `<tr><td style="color:${COLORS[m.name]}">■</td><td>${m.name}</td><td>${m.slope.toFixed(3)} ± ${m.slope_error.toFixed(3)}</td>` +
-    `<td>${(100 * m.noise).toFixed(1)} %</td><td>${m.rays.toFixed(1)}</td><td>${m.needed >= 1e4 ? m.needed.toExponential(1) : m.needed.toFixed(0)}</td></tr>`;
+    `<td>${(100 * m.noise).toFixed(1)} %</td><td>${m.rays.toFixed(1)}</td><td>${needed(m)}</td></tr>`;
   byId("methods").tBodies[0].innerHTML = "<tr class='exact'><td>■</td><td>exact</td><td>1</td><td></td><td></td><td></td></tr>" + numbers.methods.map(row).join("");
   const rate = frames.length > 1 ? 1000 * (frames.length - 1) / (frames.at(-1) - frames[0]) : 0;
   byId("speed").textContent = `${numbers.milliseconds.toFixed(0)} ms a state` + (rate > 2 ? `, ${rate.toFixed(0)} a second` : "");
@@ -231,7 +234,7 @@ world.addEventListener("pointerdown", event => {
   move(held, back(x, y, box));
 });
 world.addEventListener("pointermove", event => { if (held !== null) { const [x, y, box] = place(event); move(held, back(x, y, box)); } });
-for (const end of ["pointerup", "pointercancel"]) world.addEventListener(end, () => { held = null; });
+for (const end of ["pointerup", "pointercancel"]) world.addEventListener(end, () => { if (held !== null) { held = null; ask(); } });
 world.addEventListener("keydown", event => {
   if (!numbers) return;
   const step = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1] }[event.key];

@@ -18,8 +18,8 @@ const PIXELS: usize = 48;
 const FIELD_OF_VIEW: f64 = 1.0;
 /// The occluder's corners and radius, and half the light's width.
 const CORNERS: usize = 5;
-/// Leaves around the occluder, at most: nearest and farthest from its middle, and the distance of their corners
-/// from their own. None meets another shape: where two cross, no vertex tells of the jump.
+/// The most leaves around the occluder, their least and largest distance from its middle, and the distance of
+/// their corners from their own. None meets another shape: where two cross, no vertex tells of the jump.
 const LEAVES: usize = 40;
 const RING: [f64; 2] = [0.63, 0.82];
 const LEAF: f64 = 0.055;

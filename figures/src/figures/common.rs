@@ -137,7 +137,7 @@ pub(crate) fn times(methods: &[Priced]) -> String {
     table.markdown()
 }
 
-/// "A at an error of 5 % (after 0.3 s)": where an unbiased method overtakes those that are biased and cheaper.
+/// "A at an error of 5 % (after 0.3 s)": where an unbiased method overtakes cheaper ones that are biased.
 pub(crate) fn crossovers(methods: &[Priced], unbiased: &Priced) -> String {
     let cheaper = methods.iter().filter(|m| m.bias > 0.0);
     let words = cheaper.map(|m| {
@@ -184,6 +184,9 @@ mod tests {
         assert_eq!(methods[0].seconds_to(0.05), None);
         assert!((methods[0].seconds_to(0.1).unwrap() - 1e-4 / 0.0064).abs() < 1e-12);
         let table = times(&methods);
-        assert!(table.contains("| bad | 50 % | never | never |") && table.contains("| right | none |"), "{table}");
+        assert!(
+            table.contains("| bad | 50 % | never | never |") && table.contains("| right | none |"),
+            "{table}"
+        );
     }
 }

@@ -114,7 +114,12 @@ pub(crate) const ALL: [Figure; 19] = [
         (together::TEXT, together::live),
     ),
     figure("implicit", "implicit shapes: fields from the points of sphere tracing", 3.0, implicit::draw),
-    figure("levels", "every field of an implicit surface in space, its bias and its price", 10.0, levels::draw),
+    figure(
+        "levels",
+        "every field of an implicit surface in space, its bias and its price",
+        10.0,
+        levels::draw,
+    ),
     study(
         "surfaces",
         "implicit surfaces from their views, and what topology does to it",

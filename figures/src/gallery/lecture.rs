@@ -11,10 +11,8 @@ use crate::plot::Rect;
 /// The slides: those pictures of the section that are drawn, with their captions. A file name may end in
 /// `#b-d`, which shows these panels alone.
 pub(super) fn lecture(slides: &Section, drawings: &BTreeMap<String, Drawing>) -> Result<String> {
-    let mut html = format!(
-        "<div id=\"lecture\" role=\"dialog\" aria-label=\"{}\" hidden>\n",
-        escape(&slides.title)
-    );
+    let mut html =
+        format!("<div id=\"lecture\" role=\"dialog\" aria-label=\"{}\" hidden>\n", escape(&slides.title));
     let drawn = slides.pictures.iter().filter_map(|slide| {
         let (file, panels) = slide.file.split_once('#').unwrap_or((&slide.file, ""));
         Some((slide, file, panels, drawings.get(file)?))
@@ -24,7 +22,10 @@ pub(super) fn lecture(slides: &Section, drawings: &BTreeMap<String, Drawing>) ->
     for (i, (slide, file, panels, drawing)) in drawn.into_iter().enumerate() {
         let shown = if panels.is_empty() {
             let ratio = drawing.size[0] / drawing.size[1];
-            format!("<div class=\"part\" style=\"--ratio:{ratio:.4}\">{}</div>", image(file, &slide.alt, drawing, ""))
+            format!(
+                "<div class=\"part\" style=\"--ratio:{ratio:.4}\">{}</div>",
+                image(file, &slide.alt, drawing, "")
+            )
         } else {
             let part = around(drawing, panels).with_context(|| format!("slide {}: {}", i + 1, slide.file))?;
             window(file, &slide.alt, drawing, &part, false)

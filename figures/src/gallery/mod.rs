@@ -90,17 +90,14 @@ impl Gallery<'_> {
         write_bytes(&self.folder.join(file), html.as_bytes())
     }
 
-    /// The page with the numbers of figures for their names, `{#name}`, and links to those that are on `page`.
+    /// The numbers of figures for their names, `{#name}`, as links to those that are on `page`.
     fn linked(&self, html: &str, page: &str) -> String {
         let mut html = html.to_owned();
         for (i, name) in self.names.iter().enumerate() {
             let number = i + 1;
             let is_here = self.sections.iter().any(|(other, _)| *other == number);
-            let link = if is_here {
-                format!("<a href=\"{page}#{name}\">{number}</a>")
-            } else {
-                number.to_string()
-            };
+            let link =
+                if is_here { format!("<a href=\"{page}#{name}\">{number}</a>") } else { number.to_string() };
             html = html.replace(&format!("{{#{name}}}"), &link);
         }
         html
@@ -117,8 +114,12 @@ impl Gallery<'_> {
         let more: String = pictures.collect::<Result<_>>()?;
         let more = match count {
             0 => String::new(),
-            1 => format!("<details class=\"wide\" open><summary>One more picture</summary>\n{more}</details>\n"),
-            _ => format!("<details class=\"wide\" open><summary>{count} more pictures</summary>\n{more}</details>\n"),
+            1 => format!(
+                "<details class=\"wide\" open><summary>One more picture</summary>\n{more}</details>\n"
+            ),
+            _ => format!(
+                "<details class=\"wide\" open><summary>{count} more pictures</summary>\n{more}</details>\n"
+            ),
         };
         let origin = match section.origin_html.as_str() {
             "" => String::new(),
@@ -130,7 +131,9 @@ impl Gallery<'_> {
         };
         let text = match section.explanation_html.as_str() {
             "" => String::new(),
-            text => format!("<details class=\"wide text\" open><summary>What is seen</summary>\n{text}</details>"),
+            text => {
+                format!("<details class=\"wide text\" open><summary>What is seen</summary>\n{text}</details>")
+            }
         };
         let links =
             section.data.iter().map(|file| escape(file)).map(|file| format!("<a href=\"{file}\">{file}</a>"));
@@ -156,7 +159,8 @@ impl Gallery<'_> {
 
     /// A small scene beside recorded results.
     fn live(&self, live: &Section) -> Result<String> {
-        let pictures: String = live.pictures.iter().map(|picture| self.picture(picture)).collect::<Result<_>>()?;
+        let pictures: String =
+            live.pictures.iter().map(|picture| self.picture(picture)).collect::<Result<_>>()?;
         Ok(format!(
             "<div class=\"live\"><h3><span class=\"mark\">live</span>{}</h3>\n<div class=\"shown\">\n\
              <div class=\"pictures\">{pictures}</div>\n<div class=\"text\">{}{}</div></div></div>\n",
@@ -188,16 +192,13 @@ mod tests {
         let parts = vec![Rect::new(50.0, 20.0, 100.0, 80.0)];
         let drawing = Drawing { size: [200.0, 100.0], parts, kept: Kept::default() };
         let drawings = BTreeMap::from([("a.png".to_owned(), drawing)]);
-        let picture = Picture { file: "a.png".into(), alt: "<white> & 'b'".into(), caption: "see {#b}".into() };
+        let picture =
+            Picture { file: "a.png".into(), alt: "<white> & 'b'".into(), caption: "see {#b}".into() };
         let section = Section { id: "a".into(), pictures: vec![picture], ..Section::default() };
         let opening = Section { title: "T & t".into(), ..section.clone() };
         let sections = [(1, section.clone())];
-        let gallery = |sections| Gallery {
-            folder: folder.path(),
-            drawings: &drawings,
-            names: &["a", "b"],
-            sections,
-        };
+        let gallery =
+            |sections| Gallery { folder: folder.path(), drawings: &drawings, names: &["a", "b"], sections };
         gallery(&sections).write(&opening, &Section::default()).unwrap();
         let page = std::fs::read_to_string(folder.path().join("index.html")).unwrap();
         assert!(page.contains("<span>1</span>") && page.contains("<figcaption>see 2</figcaption>"));

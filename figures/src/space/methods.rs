@@ -42,15 +42,10 @@ pub(crate) const METHODS: &[Method] = &[
     Method::new(["warped-area", "warped area"], Palette::BLUE, 12, |task, progress| {
         warped_area(task).forward(task.scene, task.change, progress)
     }),
-    Method::new(
-        ["auxiliary-rays", "warped area, auxiliary rays"],
-        Palette::GREEN,
-        6,
-        |task, progress| {
-            let method = WarpedArea { field: Field::AuxiliaryRays, ..warped_area(task) };
-            method.forward(task.scene, task.change, progress)
-        },
-    ),
+    Method::new(["auxiliary-rays", "warped area, auxiliary rays"], Palette::GREEN, 6, |task, progress| {
+        let method = WarpedArea { field: Field::AuxiliaryRays, ..warped_area(task) };
+        method.forward(task.scene, task.change, progress)
+    }),
     Method::new(
         ["auxiliary-rays-16", "16 auxiliary rays, not debiased"],
         Palette::SKY,
@@ -68,41 +63,23 @@ pub(crate) const METHODS: &[Method] = &[
         let method = Rotation { samples: task.samples, kernels, seed: task.seed, ..Rotation::default() };
         method.forward(task.scene, task.change, progress)
     }),
-    Method::new(
-        ["edge-sampling", "edge sampling"],
-        Palette::VERMILION,
-        16,
-        |task, progress| edge_sampling(task).forward(task.scene, task.change, progress),
-    ),
-    Method::new(
-        ["finite-differences", "finite differences"],
-        Palette::GREY,
-        48,
-        |task, progress| {
-            let method = FiniteDifference { samples: task.samples, step: task.step, seed: task.seed };
-            method.forward(task.scene, task.change, progress)
-        },
-    ),
-    Method::new(
-        ["softened", "warped area, softened field"],
-        Palette::ORANGE,
-        12,
-        |task, progress| {
-            let method = WarpedArea { field: Field::softened(task.samples), ..warped_area(task) };
-            method.forward(task.scene, task.change, progress)
-        },
-    ),
+    Method::new(["edge-sampling", "edge sampling"], Palette::VERMILION, 16, |task, progress| {
+        edge_sampling(task).forward(task.scene, task.change, progress)
+    }),
+    Method::new(["finite-differences", "finite differences"], Palette::GREY, 48, |task, progress| {
+        let method = FiniteDifference { samples: task.samples, step: task.step, seed: task.seed };
+        method.forward(task.scene, task.change, progress)
+    }),
+    Method::new(["softened", "warped area, softened field"], Palette::ORANGE, 12, |task, progress| {
+        let method = WarpedArea { field: Field::softened(task.samples), ..warped_area(task) };
+        method.forward(task.scene, task.change, progress)
+    }),
     // The time of the pilot counts: it takes 8 samples however few are requested.
-    Method::new(
-        ["automatic", "what a pilot chooses"],
-        Palette::OCHRE,
-        40,
-        |task, progress| {
-            let pilot = Pilot { samples: task.samples, seed: task.seed };
-            let choice = pilot.for_change(task.scene, task.change, progress)?;
-            choice.method.forward(task.scene, task.change, progress)
-        },
-    ),
+    Method::new(["automatic", "what a pilot chooses"], Palette::OCHRE, 40, |task, progress| {
+        let pilot = Pilot { samples: task.samples, seed: task.seed };
+        let choice = pilot.for_change(task.scene, task.change, progress)?;
+        choice.method.forward(task.scene, task.change, progress)
+    }),
 ];
 
 impl Method {

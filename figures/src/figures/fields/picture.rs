@@ -143,9 +143,7 @@ impl Shown<'_> {
         type Series<'a> = (Color, &'a str, f64, fn(&Record) -> Ratio);
         let series: [Series<'_>; 2] = [
             (Palette::GREY, "largest jump of V", -0.19, |record| record.largest_jump),
-            (Palette::VERMILION, "largest mismatch |V·n − v·n|", 0.19, |record| {
-                record.largest_mismatch
-            }),
+            (Palette::VERMILION, "largest mismatch |V·n − v·n|", 0.19, |record| record.largest_mismatch),
         ];
         let all = self.records.iter().flat_map(|record| [record.largest_jump, record.largest_mismatch]);
         let highest = all.map(|m| m.value.abs()).fold(0.0, f64::max);

@@ -1,7 +1,7 @@
 //! The picture of the sampled area integral.
 
-use super::{Moving, Results};
 use super::scene::SIDE;
+use super::{Moving, Results};
 use crate::plot::{Axes, Axis, Canvas, Color, Figure, GUTTER, Legend, Marker, Palette, Shading, Style};
 
 /// Range of the histograms of z-scores; values beyond it are counted in the last bin.
@@ -21,7 +21,7 @@ pub(super) fn draw(shown: &Results) -> Canvas {
             Shading::signed_covering(&shown.tent.total, 0.985),
         ),
         ("its standard error".to_owned(), &estimate.standard_error, Shading::sequential(0.0, highest)),
-        ("z = (estimate − exact)/standard error".to_owned(), &estimate.z, Shading::signed(4.0)),
+        ("z = (estimate − exact)/error".to_owned(), &estimate.z, Shading::signed(4.0)),
     ];
     for ((title, values, shading), cell) in fields.iter().zip(&cells) {
         let space = figure.panel(*cell, title);

@@ -38,8 +38,10 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     };
     context.png("implicit.png", &page::page(&shown))?;
     let bias = bias_table(&gammas, &lambdas);
-    let data =
-        [context.csv("implicit_fields.csv", &field_table(&curves))?, context.csv("implicit_bias.csv", &bias)?];
+    let data = [
+        context.csv("implicit_fields.csv", &field_table(&curves))?,
+        context.csv("implicit_bias.csv", &bias)?,
+    ];
     prose(&gammas, &lambdas, &steepness, &coarse)?.section("implicit", data.to_vec(), bias)
 }
 

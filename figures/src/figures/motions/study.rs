@@ -82,11 +82,7 @@ const LEAST: f64 = 2.5e-3;
 
 impl Study {
     /// Measures on a setting; what is shown is a finer one of the same scene.
-    pub(super) fn new(
-        context: &Context,
-        [setting, finer]: [Setting; 2],
-        index: u64,
-    ) -> anyhow::Result<Self> {
+    pub(super) fn new(context: &Context, [setting, finer]: [Setting; 2], index: u64) -> anyhow::Result<Self> {
         let name = setting.name;
         let progress = |what: &str| context.progress(&format!("{name}{what}"));
         let image = render(&finer.scene, context.spend(64, 512), context.seed(), &progress(""))?;

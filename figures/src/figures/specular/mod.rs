@@ -27,8 +27,7 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let canvas = picture::time(widths, vertices);
     context.png("specular_time.png", &canvas)?;
     let table = results.table();
-    let data =
-        [context.csv("specular.csv", &table)?, context.csv("specular_time.csv", &results.times())?];
+    let data = [context.csv("specular.csv", &table)?, context.csv("specular_time.csv", &results.times())?];
     prose.section("specular", data.to_vec(), table)
 }
 

@@ -63,25 +63,13 @@ fn effort(quality: Quality) -> Effort {
     };
     match quality {
         Quality::Full => full,
-        Quality::Short => Effort {
-            side: 48,
-            views: 12,
-            cells: 12,
-            phases: vec![40; 3],
-            points: 10_000,
-            meshed: 64,
-            ..full
-        },
+        Quality::Short => {
+            Effort { side: 48, views: 12, cells: 12, phases: vec![40; 3], points: 10_000, meshed: 64, ..full }
+        }
         Quality::Draft => live,
-        Quality::Sketch => Effort {
-            side: 20,
-            views: 4,
-            cells: 6,
-            phases: vec![3, 2, 2],
-            points: 500,
-            meshed: 16,
-            ..live
-        },
+        Quality::Sketch => {
+            Effort { side: 20, views: 4, cells: 6, phases: vec![3, 2, 2], points: 500, meshed: 16, ..live }
+        }
     }
 }
 
