@@ -7,10 +7,10 @@ const HANDLES = [["occluder", "ox", "oy"], ["light", "lx", "ly"], ["camera", "cx
 let state = Object.fromEntries(new URLSearchParams(location.hash.slice(1)));
 // What each teaches: a name, a state, and a sentence.
 const PRESETS = [
-  ["a shadow", "samples=256&rays=0&moves=3", "The light moves to the right. Nothing moves on the film but the shadow, a silhouette as the floor sees it, and naive differentiation says that nothing changes. The mean over jumps needs the fewest rays for the same noise."],
-  ["clutter", "leaves=40&samples=128&rays=0&moves=2", "A plant turns. Edge sampling draws points on all edges, of which most are hidden; the mean over jumps averages the velocities of the edges near each sample."],
-  ["one silhouette", "samples=256&rays=0&moves=1&ox=4.2&oy=3.2&ly=6.4&lx=7.6", "The occluder rises. Its silhouettes move over the film: peaks that naive differentiation does not see at all."],
-  ["a lobe", "samples=256&rays=0&width=0.12&moves=0", "The floor shines. Light comes from one direction, and few samples decide: all methods grow noisier."],
+  ["clutter", "leaves=40&samples=128&rays=16&moves=1", "A plant rises. Edge sampling draws points on all edges, of which most are hidden, and needs many times the rays of the mean over jumps, which averages the velocities of the edges near each sample. Naive differentiation sees nothing at all."],
+  ["a shadow", "samples=256&rays=16&moves=3", "The light moves to the right. Nothing moves on the film but the shadow, a silhouette as the floor sees it; naive differentiation says that nothing changes."],
+  ["one silhouette", "samples=256&rays=16&moves=1&ox=4.2&oy=3.2&ly=6.4&lx=7.6", "The occluder rises. Its silhouettes move over the film: peaks that naive differentiation does not see at all."],
+  ["a lobe", "samples=256&rays=16&width=0.12&moves=0", "The floor shines. Light comes from one direction, and few samples decide: all methods grow noisier."],
   ["few rays are biased", "samples=1024&rays=2&moves=0", "Two auxiliary rays a sample: V is a quotient of two sums, and its mean is not the quotient of the means. The slope falls short of 1 by more than its error."],
   ["γ too small", "samples=1024&rays=64&gamma=0.25&moves=0", "With γ = 0.25 the weight hardly knows the silhouette: V misses its speed, and no number of rays helps."],
 ];
@@ -73,7 +73,7 @@ function surface(id) {
 }
 
 function draw() {
-  drawWorld(); drawImage();
+  drawWorld(); drawImage(); drawWeights();
   const exact = { name: "exact", values: numbers.exact };
   plot("derivative", [...numbers.methods, exact], true, "change of radiance a unit of θ");
   plot("field", numbers.fields, false, "pixels a unit of θ");
@@ -146,8 +146,8 @@ function plot(id, curves, withErrors, unit) {
   const [pen, box, text, muted, line] = surface(id), bottom = 18, height = box.height - bottom;
   // Every curve fits, and the exact one with its neighbourhood.
   const ends = curves.flatMap(c => c.values.flatMap((v, i) => withErrors && c.errors ? [v - c.errors[i], v + c.errors[i]] : [v]));
-  const [least, most] = [Math.min(0, ...ends), Math.max(0, ...ends)], room = 0.06 * Math.max(most - least, 1e-9);
-  const low = least - room, high = most + room, y = v => height * (high - v) / (high - low);
+  const [least, most] = [Math.min(0, ...ends), Math.max(0, ...ends)], span = Math.max(most - least, 1e-3), room = 0.06 * span;
+  const low = Math.min(least, most - span) - room, high = most + room, y = v => height * (high - v) / (high - low);
   const across = box.width - LEFT, count = numbers.exact.length, place = u => LEFT + u / count * across;
   pen.font = "11px system-ui"; pen.lineWidth = 1; pen.textBaseline = "middle";
   const step = tick(high - low, 4);
@@ -171,6 +171,23 @@ function plot(id, curves, withErrors, unit) {
     curve.values.forEach((v, i) => pen[i ? "lineTo" : "moveTo"](x(i), y(v)));
     pen.strokeStyle = color; pen.lineWidth = curve.name == "exact" ? 1.2 : 1.8; pen.stroke();
   }
+}
+
+// The weight of every auxiliary ray by its distance from the place, in kernel widths, coloured by what it hits.
+function drawWeights() {
+  const [pen, box, text, muted, line] = surface("weights"), reach = 3, width = 1 / Math.sqrt(value("kappa")), bottom = box.height - 18;
+  const most = Math.max(...numbers.rays.map(ray => ray.share)), x = k => box.width * (0.5 + 0.48 * k / reach);
+  pen.font = "11px system-ui"; pen.textBaseline = "middle"; pen.textAlign = "center";
+  pen.strokeStyle = line; pen.beginPath(); pen.moveTo(0, bottom); pen.lineTo(box.width, bottom); pen.stroke();
+  pen.fillStyle = muted;
+  for (let k = -reach; k <= reach; k++) pen.fillText(k, x(k), bottom + 10);
+  for (const ray of numbers.rays) {
+    const at = x((ray.at - value("at")) / width), high = bottom - (bottom - 16) * ray.share / most;
+    pen.strokeStyle = pen.fillStyle = ray.shape < 0 ? muted : ["#7b8794", "#4b5563", "#e69f00", "#0072b2"][Math.min(ray.shape, 3)];
+    pen.lineWidth = 2; pen.beginPath(); pen.moveTo(at, bottom); pen.lineTo(at, high); pen.stroke();
+    pen.beginPath(); pen.arc(at, high, 3, 0, 7); pen.fill();
+  }
+  pen.fillStyle = text; pen.textAlign = "left"; pen.fillText("largest " + (100 * most).toFixed(0) + " % of the weight; blue rays hit the occluder", 6, 9);
 }
 
 // Samples moved by each field while θ swings.

@@ -22,7 +22,9 @@ pub(super) struct Ray {
     /// Its place on the film, in pixels.
     at: f64,
     /// Its part of the sum of all weights.
-    share: f64,
+    pub(super) share: f64,
+    /// The shape that it hits; −1 for none.
+    shape: i32,
 }
 
 /// The shape seen at equally spaced places of the film, at one θ.
@@ -44,10 +46,14 @@ pub(super) fn rays(state: &State, world: &World, camera: &Camera, warp: Warp) ->
         let ends = hit.as_ref().map(|h| world.segments()[h.segment].ends());
         let far = |end| camera.project(end).map_or(f64::INFINITY, |p: f64| (p - at).abs());
         let distance = ends.map_or(f64::INFINITY, |[a, b]| far(a).min(far(b)));
+        let shape = hit.as_ref().map_or(-1, |h| world.segments()[h.segment].shape as i32);
         let end = hit.map_or(origin.point + FAR * direction, |h| world.point(&h));
-        ((end.to_array(), at), distance)
+        ((end.to_array(), at, shape), distance)
     });
-    let ray = |term: &Term<f64, ([f64; 2], f64)>| Ray { end: term.hit.0, at: term.hit.1, share: term.weight };
+    let ray = |term: &Term<f64, ([f64; 2], f64, i32)>| {
+        let (end, at, shape) = term.hit;
+        Ray { end, at, share: term.weight, shape }
+    };
     stencil.terms().iter().map(ray).collect()
 }
 

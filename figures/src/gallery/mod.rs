@@ -197,9 +197,12 @@ mod tests {
         let section = Section { id: "a".into(), pictures: vec![picture], ..Section::default() };
         let opening = Section { title: "T & t".into(), ..section.clone() };
         let sections = [(1, section.clone())];
-        let gallery =
-            |sections| Gallery { folder: folder.path(), drawings: &drawings, names: &["a", "b"], sections };
-        gallery(&sections).write(&opening, &Section::default()).unwrap();
+        let write = |opening: &Section, sections: &[(usize, Section)]| {
+            let names = &["a", "b"];
+            let gallery = Gallery { folder: folder.path(), drawings: &drawings, names, sections };
+            gallery.write(opening, &Section::default())
+        };
+        write(&opening, &sections).unwrap();
         let page = std::fs::read_to_string(folder.path().join("index.html")).unwrap();
         assert!(page.contains("<span>1</span>") && page.contains("<figcaption>see 2</figcaption>"));
         assert!(page.contains("width=\"200\" height=\"100\" alt=\"&lt;white&gt; &amp; &#39;b&#39;\""));
@@ -209,12 +212,12 @@ mod tests {
                 && page.contains("width:200.00%;left:-50.00%;top:-25.00%")
         );
         let both = [(1, section.clone()), (2, section.clone())];
-        gallery(&both).write(&Section::default(), &Section::default()).unwrap();
+        write(&Section::default(), &both).unwrap();
         let page = std::fs::read_to_string(folder.path().join("index.html")).unwrap();
         assert!(page.contains("see <a href=\"#b\">2</a>"));
         let missing = Section { data: vec!["none.csv".into()], ..section.clone() };
         let error = |sections: &[(usize, Section)]| {
-            format!("{:#}", gallery(sections).write(&Section::default(), &Section::default()).unwrap_err())
+            format!("{:#}", write(&Section::default(), sections).unwrap_err())
         };
         assert!(error(&[(1, missing)]).contains("none.csv"));
         let undrawn = Picture { file: "b.png".into(), alt: String::new(), caption: String::new() };

@@ -202,12 +202,13 @@ pub(super) fn effort(quality: Quality) -> Effort {
         Quality::Draft => live,
         Quality::Sketch => Effort {
             side: 16,
-            views: 4,
-            cells: 8,
-            phases: vec![2, 2],
-            samples: 2,
-            points: 500,
-            meshed: 16,
+            views: 2,
+            cells: 6,
+            phases: vec![1, 1],
+            samples: 1,
+            shown: 4,
+            points: 200,
+            meshed: 12,
             ..live
         },
     }

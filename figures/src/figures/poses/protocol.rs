@@ -53,7 +53,7 @@ impl Effort {
     pub(super) const SHORT: Self = Self { starts: [8, 8, 6, 4, 4, 4], seeds: 4, ..Self::FULL };
     /// Just enough to show that everything runs.
     pub(super) const SKETCH: Self =
-        Self { steps: 2, stride: 1, starts: [2, 1, 1, 1, 1, 1], seeds: 2, target: 16 };
+        Self { steps: 1, stride: 1, starts: [2, 1, 1, 1, 1, 1], seeds: 2, target: 4 };
 
     /// What a descent depends on: those of a shorter study are part of a longer one.
     pub(super) fn of_descents(&self) -> String {

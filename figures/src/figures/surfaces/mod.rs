@@ -67,9 +67,16 @@ fn effort(quality: Quality) -> Effort {
             Effort { side: 48, views: 12, cells: 12, phases: vec![40; 3], points: 10_000, meshed: 64, ..full }
         }
         Quality::Draft => live,
-        Quality::Sketch => {
-            Effort { side: 20, views: 4, cells: 6, phases: vec![3, 2, 2], points: 500, meshed: 16, ..live }
-        }
+        Quality::Sketch => Effort {
+            side: 12,
+            views: 2,
+            cells: 4,
+            phases: vec![1; 3],
+            shown: 4,
+            points: 200,
+            meshed: 16,
+            ..live
+        },
     }
 }
 

@@ -34,7 +34,7 @@ impl Effort {
     /// One fit while one waits.
     pub(super) const LIVE: Self = Self { side: 24, steps: 160, fits: 1, samples: [256, 8, 4] };
     /// Just enough to show that everything runs.
-    pub(super) const SKETCH: Self = Self { side: 12, steps: 6, fits: 2, samples: [16, 2, 2] };
+    pub(super) const SKETCH: Self = Self { side: 8, steps: 2, fits: 2, samples: [8, 2, 2] };
 }
 
 /// Results of all fits.

@@ -83,7 +83,8 @@ impl Effort {
         coarse: true,
     };
     /// Just enough to show that everything runs.
-    pub(super) const SKETCH: Self = Self { side: 16, views: 4, phases: &[4, 4], every: 4, ..Self::LIVE };
+    pub(super) const SKETCH: Self =
+        Self { side: 12, views: 4, phases: &[1, 1], shown: 4, points: 200, every: 4, ..Self::LIVE };
 
     pub(super) fn steps(&self) -> usize {
         self.phases.iter().sum()
