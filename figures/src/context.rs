@@ -1,6 +1,7 @@
 //! Shared context of all figures: effort, output directory and progress.
 
 use std::collections::BTreeMap;
+use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -9,21 +10,27 @@ use std::time::{Duration, Instant};
 use anyhow::Result;
 use clap::ValueEnum;
 use glam::DVec3;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 use volume3d::geometry::Mesh;
 use volume3d::gradient::Progress;
 use volume3d::io::write_obj;
 
 use crate::gallery::{Drawing, dark_file};
-use crate::output::{Table, write_animation, write_csv, write_exr, write_png};
+use crate::output::{Table, write_csv, write_exr};
+use crate::pictures::{write_animation, write_png};
 use crate::plot::{Canvas, dark, light};
 
 /// How many samples to spend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Quality {
-    /// Enough to see every effect; all figures in about four minutes on two cores.
+    /// The least of everything, which tells nothing: for tests.
+    #[value(hide = true)]
+    Sketch,
+    /// Enough to see every effect, in a few minutes; long studies compute one scene, beside recorded results.
     Draft,
-    /// Enough to print.
+    /// A draft in which long studies are computed, but smaller ones than the text's goals: in an hour or two.
+    Short,
+    /// Enough to print; long studies are computed whole, in many hours.
     Full,
 }
 
@@ -32,25 +39,51 @@ pub(crate) struct Context {
     quality: Quality,
     out: PathBuf,
     seed: u64,
-    figures: ProgressBar,
+    bar: ProgressBar,
+    pace: Arc<Pace>,
     start: Instant,
     /// All drawings by file name.
     drawings: Mutex<BTreeMap<String, Drawing>>,
 }
 
 impl Context {
-    /// The context of a run of `count` figures.
-    pub(crate) fn new(quality: Quality, out: PathBuf, seed: u64, count: usize) -> Self {
-        let figures =
-            ProgressBar::new(count as u64).with_style(style("{pos}/{len} {bar:24} {elapsed} {msg}"));
-        figures.enable_steady_tick(Duration::from_millis(200));
-        Self { quality, out, seed, figures, start: Instant::now(), drawings: Mutex::default() }
+    /// The context of a run of figures that usually take so many seconds each.
+    pub(crate) fn new(quality: Quality, out: PathBuf, seed: u64, usual: Vec<f64>) -> Self {
+        let bar = ProgressBar::new(usual.len() as u64);
+        let pace = Arc::new(Pace { usual, done: Mutex::default(), start: Instant::now() });
+        let shown = Arc::clone(&pace);
+        let left = move |_: &ProgressState, text: &mut dyn Write| {
+            // A bar that cannot be written shows nothing.
+            let _ = text.write_str(&shown.shown());
+        };
+        bar.set_style(style("{pos}/{len} {left} {msg}").with_key("left", left));
+        bar.enable_steady_tick(Duration::from_millis(200));
+        Self { quality, out, seed, bar, pace, start: Instant::now(), drawings: Mutex::default() }
+    }
+
+    /// The least, a short or the full study, by the requested quality.
+    pub(crate) fn study<T>(&self, sketch: T, short: T, full: T) -> T {
+        match self.quality {
+            Quality::Sketch | Quality::Draft => sketch,
+            Quality::Short => short,
+            Quality::Full => full,
+        }
+    }
+
+    /// The requested quality.
+    pub(crate) fn quality(&self) -> Quality {
+        self.quality
+    }
+
+    /// The folder of results.
+    pub(crate) fn out(&self) -> &Path {
+        &self.out
     }
 
     /// `draft` or `full`, by the requested quality.
     pub(crate) fn spend<T>(&self, draft: T, full: T) -> T {
         match self.quality {
-            Quality::Draft => draft,
+            Quality::Sketch | Quality::Draft | Quality::Short => draft,
             Quality::Full => full,
         }
     }
@@ -83,8 +116,14 @@ impl Context {
     }
 
     fn note(&self, file: &str, canvas: &Canvas) {
-        let drawing = Drawing { size: canvas.size(), parts: canvas.parts().to_vec() };
-        self.drawings.lock().unwrap_or_else(PoisonError::into_inner).insert(file.to_owned(), drawing);
+        let (parts, kept) = (canvas.parts().to_vec(), canvas.kept().clone());
+        let drawing = Drawing { size: canvas.size().to_array(), parts, kept };
+        self.add_drawings([(file.to_owned(), drawing)]);
+    }
+
+    /// Adds drawings whose files are in the folder.
+    pub(crate) fn add_drawings(&self, drawings: impl IntoIterator<Item = (String, Drawing)>) {
+        self.drawings.lock().unwrap_or_else(PoisonError::into_inner).extend(drawings);
     }
 
     /// All drawings by file name.
@@ -114,29 +153,78 @@ impl Context {
 
     /// Shows the figure's current step.
     pub(crate) fn step(&self, what: &str) {
-        self.figures.set_message(what.to_owned());
+        self.bar.set_message(what.to_owned());
     }
 
     /// Shows the figure's current step with its progress.
     pub(crate) fn progress(&self, what: &str) -> Progress {
-        told(&self.figures, what)
+        told(&self.bar, what)
     }
 
     /// Draws one figure, and reports the time it took.
     pub(crate) fn figure<T>(&self, title: &str, draw: impl FnOnce() -> Result<T>) -> Result<T> {
         let start = Instant::now();
+        self.bar.set_prefix(title.to_owned());
         self.step(title);
         let drawn = draw()?;
         let seconds = start.elapsed().as_secs_f64();
-        self.figures.suspend(|| eprintln!("{seconds:6.1} s  {title}"));
-        self.figures.inc(1);
+        self.bar.suspend(|| eprintln!("{seconds:6.1} s  {title}"));
+        self.bar.inc(1);
+        self.pace.next(seconds);
         Ok(drawn)
     }
 
     /// Prints where the gallery is.
     pub(crate) fn finish(&self, page: &Path) {
-        self.figures.finish_and_clear();
+        self.bar.finish_and_clear();
         println!("{} written in {:.1} s", page.display(), self.start.elapsed().as_secs_f64());
+    }
+}
+
+/// How far a run is, by what its figures usually take.
+struct Pace {
+    /// The usual seconds of each figure.
+    usual: Vec<f64>,
+    /// The seconds of those that are done.
+    done: Mutex<Vec<f64>>,
+    start: Instant,
+}
+
+impl Pace {
+    /// Notes that another figure is done.
+    fn next(&self, seconds: f64) {
+        self.done.lock().unwrap_or_else(PoisonError::into_inner).push(seconds);
+    }
+
+    /// The part that is done, in [0, 1], and the seconds that are left, after so many seconds in all.
+    fn at(&self, elapsed: f64) -> (f64, f64) {
+        let done = self.done.lock().unwrap_or_else(PoisonError::into_inner);
+        let usual = |range: std::ops::Range<usize>| self.usual[range].iter().sum::<f64>();
+        let (count, all) = (done.len().min(self.usual.len()), usual(0..self.usual.len()));
+        let (taken, expected) = (done.iter().sum::<f64>(), usual(0..count));
+        // The machine's speed, of which one usual minute is known before anything is done.
+        let speed = (taken + 60.0) / (expected + 60.0);
+        let now = self.usual.get(count).copied().unwrap_or(0.0) * speed;
+        let within = (elapsed - taken).max(0.0);
+        // One that takes longer than usual is always nearly done.
+        let of_now = if now > 0.0 { (within / now).min(within / (within + 0.05 * now)) } else { 0.0 };
+        let left = (1.0 - of_now) * now + speed * (all - expected - now / speed).max(0.0);
+        ((expected + of_now * now / speed) / all, left)
+    }
+
+    /// A bar, and the time that is left.
+    fn shown(&self) -> String {
+        let (part, left) = self.at(self.start.elapsed().as_secs_f64());
+        let full = (24.0 * part.clamp(0.0, 1.0)) as usize;
+        let left = left.ceil() as u64;
+        format!(
+            "{}{} {:3.0} %, {}:{:02} left",
+            "█".repeat(full),
+            "░".repeat(24 - full),
+            100.0 * part,
+            left / 60,
+            left % 60
+        )
     }
 }
 
@@ -161,4 +249,24 @@ pub(crate) fn told(bar: &ProgressBar, what: &str) -> Progress {
 
 pub(crate) fn style(template: &str) -> ProgressStyle {
     ProgressStyle::with_template(template).expect("the template is well formed")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_time_left_follows_the_machine() {
+        let pace = Pace { usual: vec![20.0, 60.0, 20.0], done: Mutex::default(), start: Instant::now() };
+        assert_eq!(pace.at(0.0), (0.0, 100.0));
+        let (part, left) = pace.at(10.0);
+        assert!((part - 0.1).abs() < 0.02 && (left - 90.0).abs() < 2.0, "{part} {left}");
+        // The first took five times as long as usual: speed (100 + 60)/(20 + 60) = 2.
+        pace.next(100.0);
+        let (part, left) = pace.at(100.0);
+        assert!((part - 0.2).abs() < 1e-9 && (left - 160.0).abs() < 1e-9, "{part} {left}");
+        // One that takes for ever never ends, and the part grows.
+        let (late, left) = pace.at(1000.0);
+        assert!(late > 0.7 && late < 0.8 && left > 40.0 && left < 60.0, "{late} {left}");
+    }
 }

@@ -7,20 +7,23 @@ use std::{
     path::Path,
 };
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use image::{DynamicImage, ImageBuffer, ImageFormat, Rgb};
 
-use crate::plot::{Canvas, number};
+use serde::{Deserialize, Serialize};
+
+use crate::plot::number;
 
 /// One entry of a table.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(untagged)]
 pub(crate) enum Cell {
-    /// Words.
-    Text(String),
-    /// A real number, written with all its digits.
-    Real(f64),
     /// A count.
     Whole(i64),
+    /// A real number, written with all its digits.
+    Real(f64),
+    /// Words.
+    Text(String),
 }
 
 impl Cell {
@@ -77,7 +80,7 @@ impl From<String> for Cell {
 type Column<'a, T> = (&'a str, &'a dyn Fn(&T) -> Cell);
 
 /// Named columns and the rows under them.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub(crate) struct Table {
     pub(crate) header: Vec<String>,
     /// Entries, one per column in each row.
@@ -128,80 +131,6 @@ pub(crate) fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
     write().with_context(|| format!("writing {}", path.display()))
 }
 
-/// Conversion of a drawing to pixels.
-pub(crate) type Pixels = fn(&Canvas) -> Vec<u8>;
-
-/// Writes a drawing as PNG.
-pub(crate) fn write_png(path: &Path, canvas: &Canvas, pixels: Pixels) -> Result<()> {
-    let encode = || -> Result<Vec<u8>, png::EncodingError> {
-        let mut bytes = Vec::new();
-        let mut writer = png_encoder(&mut bytes, canvas).write_header()?;
-        writer.write_image_data(&pixels(canvas))?;
-        writer.finish()?;
-        Ok(bytes)
-    };
-    write_bytes(path, &encode().with_context(|| format!("encoding {}", path.display()))?)
-}
-
-fn png_encoder<'a>(bytes: &'a mut Vec<u8>, canvas: &Canvas) -> png::Encoder<'static, &'a mut Vec<u8>> {
-    let mut encoder = png::Encoder::new(bytes, canvas.pixmap().width(), canvas.pixmap().height());
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_compression(png::Compression::High);
-    encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
-    encoder
-}
-
-/// Writes drawings of one size as an animated PNG that repeats for ever, each shown for `milliseconds`. After
-/// the first, a frame stores only the rectangle that changed.
-pub(crate) fn write_animation(
-    path: &Path,
-    frames: &[Canvas],
-    milliseconds: u16,
-    pixels: Pixels,
-) -> Result<()> {
-    let [first, rest @ ..] = frames else { bail!("{}: an animation without frames", path.display()) };
-    let encode = || -> Result<Vec<u8>> {
-        let mut bytes = Vec::new();
-        let mut encoder = png_encoder(&mut bytes, first);
-        encoder.set_animated(frames.len().try_into()?, 0)?;
-        encoder.set_frame_delay(milliseconds, 1000)?;
-        let mut writer = encoder.write_header()?;
-        let mut shown = pixels(first);
-        writer.write_image_data(&shown)?;
-        for frame in rest {
-            let (next, width) = (pixels(frame), frame.pixmap().width() as usize);
-            let [x, y, w, h] = changed(&shown, &next, width);
-            let rows = (y..y + h).map(|row| &next[3 * (row * width + x)..][..3 * w]);
-            // The position is checked against the size in force, so it is reset first.
-            writer.reset_frame_position()?;
-            writer.set_frame_dimension(w.try_into()?, h.try_into()?)?;
-            writer.set_frame_position(x.try_into()?, y.try_into()?)?;
-            writer.write_image_data(&rows.collect::<Vec<_>>().concat())?;
-            shown = next;
-        }
-        writer.finish()?;
-        Ok(bytes)
-    };
-    write_bytes(path, &encode().with_context(|| format!("encoding {}", path.display()))?)
-}
-
-/// The smallest rectangle [x, y, width, height] that contains all differences; one pixel if there are none.
-fn changed(before: &[u8], after: &[u8], width: usize) -> [usize; 4] {
-    let (mut low, mut high) = ([usize::MAX; 2], [0; 2]);
-    for (i, (a, b)) in before.chunks_exact(3).zip(after.chunks_exact(3)).enumerate() {
-        if a != b {
-            let place = [i % width, i / width];
-            low = [low[0].min(place[0]), low[1].min(place[1])];
-            high = [high[0].max(place[0]), high[1].max(place[1])];
-        }
-    }
-    if low[0] > high[0] {
-        return [0, 0, 1, 1];
-    }
-    [low[0], low[1], high[0] - low[0] + 1, high[1] - low[1] + 1]
-}
-
 /// Writes a table as CSV; reals keep every digit.
 pub(crate) fn write_csv(path: &Path, table: &Table) -> Result<()> {
     let encode = || -> Result<Vec<u8>> {
@@ -228,10 +157,7 @@ pub(crate) fn write_exr(path: &Path, width: usize, pixels: &[[f32; 3]]) -> Resul
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec2;
-
     use super::*;
-    use crate::plot::{Color, light};
 
     #[test]
     fn writing_leaves_nothing_but_the_file() {
@@ -275,36 +201,5 @@ mod tests {
         write_exr(&path, 2, &[[-1.5; 3], [3e4; 3]]).unwrap();
         let read = image::open(&path).unwrap().to_rgb32f();
         assert_eq!(read.into_raw(), [-1.5, -1.5, -1.5, 3e4, 3e4, 3e4]);
-    }
-
-    #[test]
-    fn animations_repeat_and_store_changes() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.png");
-        let frame = |x| {
-            let mut canvas = Canvas::new(30.0, 20.0);
-            canvas.disc(DVec2::new(x, 10.0), 3.0, Color::INK);
-            canvas
-        };
-        let frames = [5.0, 5.0, 10.0, 10.0].map(frame);
-        let last = light(&frames[3]);
-        write_animation(&path, &frames, 40, light).unwrap();
-        let file = std::io::BufReader::new(fs::File::open(&path).unwrap());
-        let mut reader = png::Decoder::new(file).read_info().unwrap();
-        let control = reader.info().animation_control.unwrap();
-        assert_eq!((control.num_frames, control.num_plays), (4, 0));
-        let mut shown = vec![0; last.len()];
-        for _ in 0..4 {
-            let mut part = vec![0; reader.output_buffer_size().unwrap()];
-            reader.next_frame(&mut part).unwrap();
-            let place = *reader.info().frame_control.as_ref().unwrap();
-            let (x, y, w, h) = (place.x_offset, place.y_offset, place.width as usize, place.height as usize);
-            for row in 0..h {
-                let start = 3 * ((y as usize + row) * 60 + x as usize);
-                shown[start..start + 3 * w].copy_from_slice(&part[3 * row * w..][..3 * w]);
-            }
-        }
-        assert_eq!(shown, last);
-        assert!(write_animation(&path, &[], 40, light).is_err());
     }
 }

@@ -1,41 +1,71 @@
-//! The gallery in a real browser, where the machine has one: nothing missing, nothing wider than the window,
-//! no errors.
+//! The pages in a real browser, where the machine has one: at the widths of a telephone, a desk and a wide
+//! screen, bright and dark. Nothing is missing, nothing is wider than its box, no link is dead, and nothing is
+//! written to the console.
+//!
+//! By default a small gallery is drawn. The variable GALLERY names the folder of one that is drawn already,
+//! and CHROMIUM a browser.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Widths of windows: a telephone's, and a desk's.
-const WIDTHS: [u32; 2] = [400, 1400];
-
-/// Looks into the page in a frame of the given width, and says what is wrong.
-const PROBE: &str = r##"<!DOCTYPE html><body><iframe id="page" style="width:WIDTHpx;height:900px;border:0"></iframe>
+/// Looks into a page in frames of several widths, and says what is wrong. Lines that begin with `link` are
+/// files that the page leads to.
+const PROBE: &str = r##"<!DOCTYPE html><body><iframe id="page" style="height:900px;border:0"></iframe>
 <pre id="found"></pre><script>
-const frame = document.getElementById("page"), found = [];
-frame.onload = () => {
-  for (const image of frame.contentDocument.images) image.loading = "eager";
-  wait(100);
+const frame = document.getElementById("page"), found = [], links = new Set();
+const wait = time => new Promise(done => setTimeout(done, time));
+const load = async (width, hash) => {
+  frame.style.width = width + "px";
+  await new Promise(done => { frame.onload = done; frame.src = "about:blank"; });
+  await new Promise(done => { frame.onload = done; frame.src = "PAGE" + hash; });
 };
-const wait = tries => {
-  const done = [...frame.contentDocument.images].every(image => image.complete);
-  if (done || tries == 0) look(); else setTimeout(() => wait(tries - 1), 100);
-};
-const look = () => {
-  const page = frame.contentDocument, root = page.documentElement;
-  for (const image of page.images)
-    if (!image.complete || !image.naturalWidth) found.push("no picture " + image.currentSrc);
-  if (root.scrollWidth > frame.clientWidth) {
-    for (const element of page.querySelectorAll("body *")) {
-      const box = element.getBoundingClientRect(), around = element.closest(".scroll, .table, .formula, .card, .part");
-      if (box.right > frame.clientWidth + 1 && !around) found.push("too wide: " + element.outerHTML.slice(0, 80));
-    }
-    found.push("the page is " + root.scrollWidth + " pixels wide");
+const look = (page, width, when) => {
+  const say = words => found.push(width + " pixels" + when + ": " + words);
+  const root = page.documentElement;
+  if (root.scrollWidth > frame.clientWidth) say("the page is " + root.scrollWidth + " pixels wide");
+  for (const element of page.querySelectorAll("body *")) {
+    const style = frame.contentWindow.getComputedStyle(element), name = element.outerHTML.slice(0, 70);
+    if (style.display == "inline" || !element.clientWidth) continue;
+    const spills = element.scrollWidth > element.clientWidth + 1;
+    if (spills && style.overflowX == "visible" && element.matches("section, figure, .text, .formula, .table, details, nav, p, li"))
+      say("wider than its box: " + name);
+    if (spills && width > 1000 && element.matches(".formula")) say("the formula needs " + element.scrollWidth + " of " + element.clientWidth + " pixels: " + element.closest("section").id);
   }
-  for (const link of page.querySelectorAll("a[href^='#']"))
-    if (!page.getElementById(link.getAttribute("href").slice(1))) found.push("no place " + link.getAttribute("href"));
-  document.getElementById("found").textContent = "looked at " + page.images.length + " pictures\n" + found.join("\n");
 };
-frame.src = "index.html";
+(async () => {
+  let pictures = 0;
+  for (const width of [400, 1400, 1920]) {
+    await load(width, "");
+    const page = frame.contentDocument;
+    for (const image of page.images) image.loading = "eager";
+    for (let i = 0; i < 100 && ![...page.images].every(image => image.complete); i++) await wait(100);
+    for (const image of page.images)
+      if (!image.complete || !image.naturalWidth) found.push("no picture " + image.currentSrc);
+    pictures = page.images.length;
+    look(page, width, "");
+    for (const part of page.querySelectorAll("details")) part.open = true;
+    look(page, width, ", all open");
+    for (const link of page.querySelectorAll("a[href]")) {
+      const target = link.getAttribute("href");
+      if (/^#lecture|^#$/.test(target) || /^[a-z]+:/.test(target)) continue;
+      if (target.startsWith("#")) { if (!page.getElementById(target.slice(1))) found.push("no place " + target); }
+      else links.add(target);
+    }
+    const slides = page.querySelectorAll("#lecture article").length;
+    for (let slide = 1; slide <= slides; slide++) {
+      frame.contentWindow.location.hash = "lecture-" + slide;
+      await wait(150);
+      const shown = [...page.querySelectorAll("#lecture article")].filter(article => !article.hidden), lecture = page.getElementById("lecture");
+      if (shown.length != 1 || shown[0].dataset.slide != slide) { found.push("slide " + slide + " is not shown"); continue; }
+      const box = shown[0].querySelector(".part").getBoundingClientRect(), text = shown[0].querySelector("p").getBoundingClientRect();
+      if (box.width < 100 || box.height < 60) found.push(width + " pixels: slide " + slide + " is " + box.width + " × " + box.height);
+      if (lecture.scrollWidth > lecture.clientWidth || text.bottom > 900 || box.top < 0) found.push(width + " pixels: slide " + slide + " does not fit");
+    }
+  }
+  const lines = ["looked at " + pictures + " pictures", ...[...links].map(link => "link " + link), ...new Set(found)];
+  document.getElementById("found").textContent = lines.join("\n");
+})();
 </script>"##;
 
 /// The first of the names under which Chromium is installed that runs, or what the variable CHROMIUM names.
@@ -48,32 +78,56 @@ fn browser() -> Option<String> {
     names.into_iter().find(runs)
 }
 
-#[test]
-fn the_page_is_whole_at_every_width() {
-    let Some(browser) = browser() else {
-        println!("no Chromium here, and none in the variable CHROMIUM: the page was not looked at");
-        return;
-    };
-    let folder = tempfile::tempdir().unwrap();
-    let out = folder.path();
+/// A folder with a gallery: that of the variable GALLERY, or one drawn into `folder`.
+fn gallery(folder: &Path) -> PathBuf {
+    if let Ok(named) = std::env::var("GALLERY") {
+        // Tests run in the folder of their crate.
+        return Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(named);
+    }
     let drawn = Command::new(env!("CARGO_BIN_EXE_figures"))
-        .args(["implicit", "--quality", "draft", "--out"])
-        .arg(out)
+        .args(["implicit", "together", "--quality", "draft", "--out"])
+        .arg(folder)
         .output()
         .unwrap();
     assert!(drawn.status.success(), "{}", String::from_utf8_lossy(&drawn.stderr));
-    for width in WIDTHS {
-        fs::write(out.join("probe.html"), PROBE.replace("WIDTH", &width.to_string())).unwrap();
-        let (found, log) = look(&browser, &out.join("probe.html"));
-        assert!(found.starts_with("looked at "), "{width} pixels: the browser did not finish: {log}");
-        assert_eq!(found.lines().skip(1).collect::<Vec<_>>(), Vec::<&str>::new(), "{width} pixels");
-        assert!(!log.contains("CONSOLE"), "{width} pixels: {log}");
-        println!("{width} pixels: {found}");
+    folder.to_owned()
+}
+
+#[test]
+fn pages_are_whole_at_every_width() {
+    let Some(browser) = browser() else {
+        println!("no Chromium here, and none in the variable CHROMIUM: the pages were not looked at");
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let out = gallery(folder.path());
+    for page in ["index.html", "accuracy.html"] {
+        if !out.join(page).exists() {
+            assert_ne!(page, "index.html");
+            continue;
+        }
+        for is_dark in [false, true] {
+            let probe = out.join("probe.html");
+            fs::write(&probe, PROBE.replace("PAGE", page)).unwrap();
+            let (found, log) = look(&browser, &probe, is_dark);
+            fs::remove_file(&probe).unwrap();
+            let which = format!("{page}, dark: {is_dark}");
+            assert!(found.starts_with("looked at "), "{which}: the browser did not finish: {log}");
+            let (links, wrong): (Vec<&str>, Vec<&str>) =
+                found.lines().skip(1).partition(|line| line.starts_with("link "));
+            let file = |link: &&str| link["link ".len()..].split('#').next().unwrap_or_default().to_owned();
+            let dead: Vec<String> = links.iter().map(file).filter(|file| !out.join(file).exists()).collect();
+            assert!(dead.is_empty(), "{which}: dead links {dead:?}");
+            assert!(wrong.is_empty(), "{which}:\n{}", wrong.join("\n"));
+            assert!(!log.contains("CONSOLE"), "{which}: {log}");
+            println!("{which}: {}, {} links", found.lines().next().unwrap_or_default(), links.len());
+        }
     }
 }
 
 /// What the probe wrote, and what the browser logged.
-fn look(browser: &str, page: &Path) -> (String, String) {
+fn look(browser: &str, page: &Path, is_dark: bool) -> (String, String) {
+    let scheme = format!("--blink-settings=preferredColorScheme={}", u8::from(!is_dark));
     let output = Command::new(browser)
         .args([
             "--headless",
@@ -81,9 +135,10 @@ fn look(browser: &str, page: &Path) -> (String, String) {
             "--disable-gpu",
             "--allow-file-access-from-files",
             "--enable-logging=stderr",
+            &scheme,
         ])
-        .args(["--virtual-time-budget=20000", "--window-size=1600,1000", "--dump-dom"])
-        .arg(format!("file://{}", page.display()))
+        .args(["--virtual-time-budget=120000", "--window-size=2000,1000", "--dump-dom"])
+        .arg(format!("file://{}", page.canonicalize().unwrap().display()))
         .output()
         .unwrap();
     let dom = String::from_utf8_lossy(&output.stdout).into_owned();

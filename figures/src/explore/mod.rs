@@ -5,6 +5,7 @@
 //! other connection, and nothing leaves the machine.
 
 mod numbers;
+mod rays;
 mod server;
 mod state;
 
@@ -52,9 +53,9 @@ fn answer(url: &str, others: &[(&'static str, String)], turn: &Mutex<()>) -> Ans
         "/" => page(html, PAGE),
         "/page.js" => page("text/javascript; charset=utf-8", SCRIPT),
         "/page.css" => page("text/css; charset=utf-8", STYLE),
-        "/numbers" => {
+        "/numbers" | "/quick" => {
             let _turn = turn.lock().unwrap_or_else(PoisonError::into_inner);
-            match numbers(link) {
+            match numbers(link, path == "/quick") {
                 Ok(json) => page("application/json", &json),
                 Err(error) => Answer::text(400, format!("{error:#}")),
             }
@@ -66,8 +67,8 @@ fn answer(url: &str, others: &[(&'static str, String)], turn: &Mutex<()>) -> Ans
     }
 }
 
-fn numbers(link: &str) -> Result<String> {
-    Ok(serde_json::to_string(&Numbers::new(&State::parse(link)?)?)?)
+fn numbers(link: &str, is_quick: bool) -> Result<String> {
+    Ok(serde_json::to_string(&Numbers::new(&State::parse(link)?, is_quick)?)?)
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! Numbers of a state: image, field and derivatives, by every method.
 
+use std::collections::BTreeMap;
 use std::time::Instant;
 
 use anyhow::Result;
@@ -12,14 +13,14 @@ use flatland::warp::{BoundaryFunction, Debias, Warp, Weighting};
 use glam::DVec2;
 use serde::Serialize;
 
-use super::state::{FLOOR, LIGHT, OCCLUDER, State};
+use super::rays::{Moment, Ray, rays, swing};
+use super::state::{FLOOR, LIGHT, OCCLUDER, State, WALL};
 use crate::figures::common::Agreement;
 
-/// Tolerance of the values called exact, relative to the sum of absolute terms: finer than any screen.
-const TOLERANCE: f64 = 1e-5;
-/// Places on the film at which the field is shown, and number of estimates averaged at each.
-const PLACES: usize = 240;
-const REPEATS: u64 = 8;
+/// Places on the film at which the field is shown.
+const PLACES: usize = 192;
+/// Most samples a pixel while something is dragged.
+const QUICK_SAMPLES: usize = 16;
 /// Reach of the mean over discontinuities, in kernel widths.
 const REACH: f64 = 8.0;
 
@@ -37,6 +38,10 @@ pub(super) struct Numbers {
     methods: Vec<Estimate>,
     /// V over the film in pixels per unit of θ, at equally spaced places.
     fields: Vec<Field>,
+    /// Auxiliary rays around a place on the film, and what is seen while θ swings.
+    rays: Vec<Ray>,
+    swing: Vec<Moment>,
+    ranges: BTreeMap<&'static str, [f64; 2]>,
     milliseconds: f64,
 }
 
@@ -62,6 +67,8 @@ struct Estimate {
     noise: f64,
     /// Rays per sample.
     rays: f64,
+    /// Rays a pixel to a noise of 10 %.
+    needed: f64,
 }
 
 #[derive(Debug, Serialize)]
@@ -71,15 +78,17 @@ struct Field {
 }
 
 impl Numbers {
-    pub(super) fn new(state: &State) -> Result<Self> {
+    /// All numbers of a state; while something is dragged, coarser ones.
+    pub(super) fn new(state: &State, is_quick: bool) -> Result<Self> {
         let start = Instant::now();
+        let effort = if is_quick { Effort::QUICK } else { Effort::WHOLE };
         let (world, camera) = (state.world()?, state.camera());
         let change = state.change(&world);
-        let exact = Exact { tolerance: TOLERANCE, ..Exact::default() };
+        let exact = Exact { tolerance: effort.tolerance, ..Exact::default() };
         let image = exact.image(&world, &camera)?.pixels;
         let exact: Vec<f64> =
             exact.gradient(&world, &camera, &change)?.pixels.iter().map(|t| t.total()).collect();
-        let setting = Posed { state, world: &world, camera: &camera, change: &change };
+        let setting = Posed { state, effort, world: &world, camera: &camera, change: &change };
         let methods = setting.methods(&exact)?;
         let ends = [0.0, camera.film.pixels as f64].map(|u| camera.direction(u).to_array());
         Ok(Self {
@@ -91,14 +100,34 @@ impl Numbers {
             exact,
             methods,
             fields: setting.fields(),
+            rays: rays(state, &world, &camera, setting.warp()),
+            swing: swing(state, PLACES)?,
+            ranges: State::ranges().collect(),
             milliseconds: start.elapsed().as_secs_f64() * 1e3,
         })
     }
 }
 
+/// How fine the numbers are.
+#[derive(Clone, Copy)]
+struct Effort {
+    /// Tolerance of the values called exact, relative to the sum of absolute terms.
+    tolerance: f64,
+    most_samples: usize,
+    /// Number of estimates averaged at each place of a field.
+    repeats: u64,
+}
+
+impl Effort {
+    /// Finer than any screen.
+    const WHOLE: Self = Self { tolerance: 1e-4, most_samples: usize::MAX, repeats: 4 };
+    const QUICK: Self = Self { tolerance: 1e-3, most_samples: QUICK_SAMPLES, repeats: 1 };
+}
+
 /// A state with the objects built from it.
 struct Posed<'a> {
     state: &'a State,
+    effort: Effort,
     world: &'a World,
     camera: &'a Camera,
     change: &'a Tangent,
@@ -115,7 +144,7 @@ impl Posed<'_> {
     }
 
     fn methods(&self, exact: &[f64]) -> Result<Vec<Estimate>> {
-        let (samples, seed) = (self.state.samples(), self.state.seed());
+        let (samples, seed) = (self.state.samples().min(self.effort.most_samples), self.state.seed());
         let paths = Paths { bounces: 1, ..Paths::default() };
         let kernels = Kernels { film: self.state.kappa(), ..Kernels::default() };
         let warped = |construction| WarpedArea {
@@ -143,6 +172,7 @@ impl Posed<'_> {
                 slope_error: agreement.slope.error,
                 noise: agreement.noise,
                 rays: found.rays as f64 / (samples * values.len()) as f64,
+                needed: found.rays as f64 / values.len() as f64 * (agreement.noise / 0.1).powi(2),
                 values,
                 errors: found.standard_error.total,
             })
@@ -168,7 +198,7 @@ impl Posed<'_> {
         };
         vec![
             along("direct: what is seen", Construction::Direct, 1),
-            along("warped area", Construction::Local(self.warp()), REPEATS),
+            along("warped area", Construction::Local(self.warp()), self.effort.repeats),
             along("mean over jumps", Construction::JumpMean { reach: REACH }, 1),
         ]
     }
@@ -182,7 +212,8 @@ impl Posed<'_> {
                     FLOOR => "floor",
                     LIGHT => "light",
                     OCCLUDER => "occluder",
-                    _ => "wall",
+                    WALL => "wall",
+                    _ => "leaf",
                 },
                 points: shape.points().iter().map(DVec2::to_array).collect(),
                 is_closed: shape.is_closed(),
@@ -203,14 +234,18 @@ mod tests {
             "samples=1024&rays=0",
             "samples=1024&rays=0&width=0.3&moves=3",
             "samples=1024&rays=0&moves=4&gamma=2",
+            "samples=1024&rays=0&leaves=30",
         ] {
-            let numbers = Numbers::new(&State::parse(link).unwrap()).unwrap();
+            let numbers = Numbers::new(&State::parse(link).unwrap(), false).unwrap();
             let [naive, edges, warped, jumps] = numbers.methods.as_slice() else { panic!() };
             for method in [edges, warped, jumps] {
                 let off = (method.slope - 1.0).abs();
                 assert!(off < 5.0 * method.slope_error && method.slope_error < 0.1, "{link} {method:?}");
             }
             assert!((naive.slope - 1.0).abs() > 0.3, "{link} {}", naive.slope);
+            let shares: f64 = numbers.rays.iter().map(|ray| ray.share).sum();
+            assert!((shares - 1.0).abs() < 1e-9 && numbers.rays.len() == 16, "{link} {shares}");
+            assert_eq!(numbers.swing.len(), 13);
         }
     }
 }

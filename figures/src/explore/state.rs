@@ -9,6 +9,7 @@ use glam::DVec2;
 
 /// Shapes of the world, by index.
 pub(super) const FLOOR: usize = 0;
+pub(super) const WALL: usize = 1;
 pub(super) const LIGHT: usize = 2;
 pub(super) const OCCLUDER: usize = 3;
 
@@ -17,6 +18,11 @@ const PIXELS: usize = 48;
 const FIELD_OF_VIEW: f64 = 1.0;
 /// The occluder's corners and radius, and half the light's width.
 const CORNERS: usize = 5;
+/// The most leaves around the occluder, their least and largest distance from its middle, and the distance of
+/// their corners from their own. None meets another shape: where two cross, no vertex tells of the jump.
+const LEAVES: usize = 40;
+const RING: [f64; 2] = [0.63, 0.82];
+const LEAF: f64 = 0.055;
 const RADIUS: f64 = 0.55;
 const HALF_LIGHT: f64 = 0.75;
 
@@ -32,7 +38,7 @@ const fn setting(name: &'static str, range: [f64; 2], first: f64) -> Setting {
 }
 
 /// All settings, in the order of [`State`]'s numbers.
-const SETTINGS: [Setting; 15] = [
+const SETTINGS: [Setting; 17] = [
     setting("ox", [1.5, 8.0], 4.9),
     setting("oy", [0.9, 4.6], 1.8),
     setting("oa", [-10.0, 10.0], 0.3),
@@ -48,6 +54,8 @@ const SETTINGS: [Setting; 15] = [
     setting("samples", [8.0, 1024.0], 64.0),
     setting("seed", [0.0, 4e9], 1.0),
     setting("moves", [0.0, 4.0], 0.0),
+    setting("leaves", [0.0, LEAVES as f64], 0.0),
+    setting("at", [0.0, PIXELS as f64], 21.0),
 ];
 
 /// Number of parameters: θ moves the occluder to the right, up or around its middle, the light to the right,
@@ -67,7 +75,7 @@ pub(super) enum StateError {
 
 /// The flat world, its camera, the motion and the method's parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct State([f64; 15]);
+pub(super) struct State([f64; 17]);
 
 impl Default for State {
     fn default() -> Self {
@@ -102,6 +110,11 @@ impl State {
             let _ = write!(link, "{and}{}={value}", setting.name);
         }
         link
+    }
+
+    /// The name of every setting with its range.
+    pub(super) fn ranges() -> impl Iterator<Item = (&'static str, [f64; 2])> {
+        SETTINGS.iter().map(|setting| (setting.name, setting.range))
     }
 
     fn get(&self, name: &str) -> f64 {
@@ -139,7 +152,42 @@ impl State {
         self.get("seed") as u64
     }
 
-    /// A floor, a wall, a light and a pentagon.
+    /// The place on the film around which auxiliary rays are drawn, in pixels.
+    pub(super) fn place(&self) -> f64 {
+        self.get("at")
+    }
+
+    /// The state after θ has grown, whatever its ranges.
+    pub(super) fn moved(&self, theta: f64) -> Self {
+        let name = ["ox", "oy", "oa", "lx", "cy"][self.get("moves") as usize % MOVES];
+        let mut moved = *self;
+        if let Some(index) = SETTINGS.iter().position(|setting| setting.name == name) {
+            moved.0[index] += theta;
+        }
+        moved
+    }
+
+    /// The shapes that move with the occluder.
+    fn plant(&self) -> std::ops::Range<usize> {
+        OCCLUDER..OCCLUDER + 1 + self.get("leaves") as usize
+    }
+
+    /// A triangle of a ring around the occluder, which turns with it.
+    fn leaf(&self, index: usize) -> Shape {
+        // A sunflower's spiral (Vogel 1979).
+        let part = (index as f64 - 0.5) / LEAVES as f64;
+        let far = (RING[0].powi(2) + part * (RING[1].powi(2) - RING[0].powi(2))).sqrt();
+        let around = TAU * index as f64 / std::f64::consts::GOLDEN_RATIO;
+        let turn = DVec2::from_angle(self.get("oa"));
+        let middle = self.point("ox", "oy") + far * turn.rotate(DVec2::from_angle(around));
+        let corner = |i: usize| {
+            let arm = DVec2::from_angle(3.0 * around + i as f64 * TAU / 3.0);
+            middle + LEAF * turn.rotate(arm)
+        };
+        Shape::closed((0..3).map(corner), Material::diffuse(0.4))
+    }
+
+    /// A floor, a wall, a light, a pentagon and leaves around it.
     pub(super) fn world(&self) -> Result<World, flatland::transport::WorldError> {
         let (occluder, light) = (self.point("ox", "oy"), self.point("lx", "ly"));
         let corner = |i: usize| {
@@ -152,12 +200,13 @@ impl State {
             None => matt,
         };
         let half = DVec2::new(HALF_LIGHT, 0.0);
-        let shapes = vec![
+        let mut shapes = vec![
             line(DVec2::new(0.1, 0.0), DVec2::new(9.2, 0.0), floor),
             line(DVec2::new(9.3, 0.1), DVec2::new(9.3, 4.6), matt),
             line(light - half, light + half, Material::emitter(6.0)),
             Shape::closed((0..CORNERS).map(corner), Material::diffuse(0.6)),
         ];
+        shapes.extend((1..self.plant().len()).map(|index| self.leaf(index)));
         World::new(0.15, shapes)
     }
 
@@ -169,9 +218,9 @@ impl State {
     /// The tangent of all parameters with respect to θ.
     pub(super) fn change(&self, world: &World) -> Tangent {
         match self.get("moves") as usize % MOVES {
-            0 => Tangent::translate(world, [OCCLUDER], DVec2::X),
-            1 => Tangent::translate(world, [OCCLUDER], DVec2::Y),
-            2 => Tangent::rotate(world, [OCCLUDER], self.point("ox", "oy")),
+            0 => Tangent::translate(world, self.plant(), DVec2::X),
+            1 => Tangent::translate(world, self.plant(), DVec2::Y),
+            2 => Tangent::rotate(world, self.plant(), self.point("ox", "oy")),
             3 => Tangent::translate(world, [LIGHT], DVec2::X),
             _ => Tangent::of_camera(world, CameraTangent { position: DVec2::Y, ..CameraTangent::default() }),
         }
@@ -181,6 +230,21 @@ impl State {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn leaves_do_not_meet() {
+        let state = State::parse("leaves=40&oy=0.9").unwrap();
+        let world = state.world().unwrap();
+        let middles: Vec<DVec2> = world.shapes()[OCCLUDER + 1..]
+            .iter()
+            .map(|leaf| leaf.points().iter().sum::<DVec2>() / 3.0)
+            .collect();
+        assert_eq!(middles.len(), 40);
+        for (i, a) in middles.iter().enumerate() {
+            assert!(a.y > LEAF && a.distance(state.point("ox", "oy")) > RADIUS + LEAF, "{a}");
+            assert!(middles[..i].iter().all(|b| a.distance(*b) > 2.0 * LEAF), "{i}: {a}");
+        }
+    }
 
     #[test]
     fn links_read_back_and_say_what_is_wrong() {

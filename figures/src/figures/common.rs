@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use flatland::plane::Image;
 use glam::{DVec2, DVec3};
 
+use crate::output::{Cell, Table};
 use crate::plot::{Canvas, Color, Pen, Raster, number};
 use crate::ratio::Ratio;
 use crate::space::picture::radiance;
@@ -106,6 +107,52 @@ pub(crate) fn seconds<T: Send>(run: impl Fn() -> anyhow::Result<T> + Send + Sync
     Ok(least)
 }
 
+/// A method's bias and price: its relative error after t seconds is √(bias² + cost/t).
+#[derive(Clone, Debug)]
+pub(crate) struct Priced {
+    pub(crate) name: String,
+    /// The relative bias; 0 if there is none, or none is found.
+    pub(crate) bias: f64,
+    /// Variance × seconds of a sample.
+    pub(crate) cost: f64,
+}
+
+impl Priced {
+    /// The seconds to a relative error, if it is ever reached.
+    fn seconds_to(&self, error: f64) -> Option<f64> {
+        let left = error * error - self.bias * self.bias;
+        (left > 0.0).then(|| self.cost / left)
+    }
+}
+
+/// A table in Markdown: the bias of every method, and the times to relative errors of 10 % and 1 %.
+pub(crate) fn times(methods: &[Priced]) -> String {
+    let mut table = Table { header: vec!["method".into(), "bias".into()], rows: vec![] };
+    table.header.extend(["seconds to 10 %".into(), "seconds to 1 %".into()]);
+    for method in methods {
+        let bias = if method.bias > 0.0 { percent(method.bias) } else { "none".to_owned() };
+        let time = |error: f64| method.seconds_to(error).map_or_else(|| "never".into(), Cell::from);
+        table.row([method.name.as_str().into(), bias.as_str().into(), time(0.1), time(0.01)]);
+    }
+    table.markdown()
+}
+
+/// "A at an error of 5 % (after 0.3 s)": where an unbiased method overtakes cheaper ones that are biased.
+pub(crate) fn crossovers(methods: &[Priced], unbiased: &Priced) -> String {
+    let cheaper = methods.iter().filter(|m| m.bias > 0.0);
+    let words = cheaper.map(|m| {
+        let seconds = (unbiased.cost - m.cost) / (m.bias * m.bias);
+        if seconds > 0.0 {
+            let error = (unbiased.cost / seconds).sqrt();
+            format!("{} at an error of {} (after {} s)", m.name, percent(error), number(seconds))
+        } else {
+            format!("{} always", m.name)
+        }
+    });
+    let words = listed(words);
+    if words.is_empty() { "nothing: no bias was found".to_owned() } else { words }
+}
+
 /// The words of a list: "a; b; c".
 pub(crate) fn listed(words: impl IntoIterator<Item = String>) -> String {
     words.into_iter().collect::<Vec<_>>().join("; ")
@@ -122,3 +169,24 @@ pub(crate) const KNOWN: f64 = 0.5;
 /// that they dominate the variance. With the 7 degrees of freedom of 8 runs one healthy run in 25 exceeds it
 /// as well: the test prefers to accept too few runs rather than too many.
 pub(crate) const SETTLED: f64 = 2.5;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn biased_methods_are_overtaken_where_their_bias_shows() {
+        let method = |name: &str, bias, cost| Priced { name: name.to_owned(), bias, cost };
+        let methods = [method("quick", 0.06, 1e-4), method("right", 0.0, 0.0037), method("bad", 0.5, 1.0)];
+        // 0.06² t = 0.0037 − 0.0001 at t = 1, where √0.0037 is 6.08 %.
+        let words = crossovers(&methods, &methods[1]);
+        assert_eq!(words, "quick at an error of 6.08 % (after 1 s); bad always");
+        assert_eq!(methods[0].seconds_to(0.05), None);
+        assert!((methods[0].seconds_to(0.1).unwrap() - 1e-4 / 0.0064).abs() < 1e-12);
+        let table = times(&methods);
+        assert!(
+            table.contains("| bad | 50 % | never | never |") && table.contains("| right | none |"),
+            "{table}"
+        );
+    }
+}

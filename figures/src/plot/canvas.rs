@@ -3,6 +3,7 @@
 //! Degenerate shapes and shapes with coordinates that are not finite draw nothing.
 
 use glam::DVec2;
+use serde::{Deserialize, Serialize};
 use tiny_skia::{
     FillRule, LineCap, LineJoin, Mask, Paint, Path, PathBuilder, Pixmap, PixmapPaint, Stroke, StrokeDash,
     Transform,
@@ -42,6 +43,18 @@ impl Pen {
     }
 }
 
+/// Rectangles in device pixels, as [left, top, right, bottom], that do not change on dark pages.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+pub(crate) struct Kept(Vec<[u32; 4]>);
+
+impl Kept {
+    pub(super) fn holds(&self, x: u32, y: u32) -> bool {
+        let within =
+            |&[left, top, right, bottom]: &[u32; 4]| (left..right).contains(&x) && (top..bottom).contains(&y);
+        self.0.iter().any(within)
+    }
+}
+
 /// A page measured in logical pixels, initially white.
 #[derive(Clone)]
 pub(crate) struct Canvas {
@@ -49,8 +62,8 @@ pub(crate) struct Canvas {
     clip: Option<Mask>,
     /// Parts of the page that can be read on their own, in logical pixels.
     parts: Vec<Rect>,
-    /// Rectangles in device pixels, as [left, top, right, bottom], that do not change on dark pages.
-    kept: Vec<[u32; 4]>,
+    /// What does not change on dark pages.
+    kept: Kept,
 }
 
 impl Canvas {
@@ -59,7 +72,7 @@ impl Canvas {
         let device = |length: f64| ((length * SCALE).round().min(LARGEST) as u32).max(1);
         let mut pixmap = Pixmap::new(device(width), device(height)).expect("sides lie in 1–16384");
         pixmap.fill(tiny_skia::Color::WHITE);
-        Self { pixmap, clip: None, parts: vec![], kept: vec![] }
+        Self { pixmap, clip: None, parts: vec![], kept: Kept::default() }
     }
 
     /// The pixels drawn so far, in device pixels.
@@ -83,13 +96,12 @@ impl Canvas {
     }
 
     pub(super) fn keep(&mut self, place: [u32; 4]) {
-        self.kept.push(place);
+        self.kept.0.push(place);
     }
 
-    pub(super) fn is_kept(&self, x: u32, y: u32) -> bool {
-        let within =
-            |&[left, top, right, bottom]: &[u32; 4]| (left..right).contains(&x) && (top..bottom).contains(&y);
-        self.kept.iter().any(within)
+    /// What does not change on dark pages.
+    pub(crate) fn kept(&self) -> &Kept {
+        &self.kept
     }
 
     /// Runs `draw` with drawing restricted to `rect`, in addition to earlier restrictions.

@@ -1,6 +1,6 @@
 //! Dark-page versions of drawings.
 
-use super::canvas::Canvas;
+use super::canvas::{Canvas, Kept};
 
 /// The dark page and the light ink on it, sRGB-encoded, as in the gallery's style sheet.
 const PAGE: [f64; 3] = [20.0, 23.0, 27.0];
@@ -15,14 +15,19 @@ pub(crate) fn light(canvas: &Canvas) -> Vec<u8> {
 /// the page. Photographs, and colour maps without white, do not change.
 pub(crate) fn dark(canvas: &Canvas) -> Vec<u8> {
     let mut pixels = light(canvas);
-    let width = canvas.pixmap().width();
+    darkened(&mut pixels, [0, 0, canvas.pixmap().width()], canvas.kept());
+    pixels
+}
+
+/// Turns opaque 8-bit pixels into those for a dark page: of a rectangle of a drawing, given as its left and
+/// top end and its width in device pixels.
+pub(crate) fn darkened(pixels: &mut [u8], [left, top, width]: [u32; 3], kept: &Kept) {
     for (i, pixel) in (0..).zip(pixels.chunks_exact_mut(3)) {
-        if !canvas.is_kept(i % width, i / width) {
+        if !kept.holds(left + i % width, top + i / width) {
             let turned = turned([pixel[0], pixel[1], pixel[2]]);
             pixel.copy_from_slice(&turned);
         }
     }
-    pixels
 }
 
 /// The colour of the same hue whose lightness (the mean of its largest and least channel) is 1 less its own,

@@ -3,9 +3,10 @@
 //! Page coordinates are logical pixels, x to the right and y down.
 
 use glam::DVec2;
+use serde::{Deserialize, Serialize};
 
 /// An axis-aligned rectangle in logical pixels, from its top left corner.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub(crate) struct Rect {
     pub(crate) x: f64,
     pub(crate) y: f64,

@@ -19,10 +19,10 @@ mod scale;
 mod text;
 
 pub(crate) use axes::{Axes, Axis};
-pub(crate) use canvas::{Canvas, Pen};
+pub(crate) use canvas::{Canvas, Kept, Pen};
 pub(crate) use color::{Color, Palette};
 pub(crate) use colormap::Shading;
-pub(crate) use dark::{dark, light};
+pub(crate) use dark::{dark, darkened, light};
 pub(crate) use geometry::{Rect, View};
 pub(crate) use layout::{Figure, GUTTER, PANEL_TITLE_ROOM};
 pub(crate) use legend::Legend;

@@ -31,8 +31,6 @@ pub(crate) struct Method {
     pub(crate) key: &'static str,
     /// Name on pages.
     pub(crate) name: &'static str,
-    /// Short name over small pictures.
-    pub(crate) short: &'static str,
     pub(crate) color: Color,
     /// Samples a pixel with which all methods take about the same time on direct light.
     pub(crate) samples: usize,
@@ -41,20 +39,15 @@ pub(crate) struct Method {
 
 /// Every method, in the order of legends. To add one, add an entry here.
 pub(crate) const METHODS: &[Method] = &[
-    Method::new(["warped-area", "warped area", "warped area"], Palette::BLUE, 12, |task, progress| {
+    Method::new(["warped-area", "warped area"], Palette::BLUE, 12, |task, progress| {
         warped_area(task).forward(task.scene, task.change, progress)
     }),
+    Method::new(["auxiliary-rays", "warped area, auxiliary rays"], Palette::GREEN, 6, |task, progress| {
+        let method = WarpedArea { field: Field::AuxiliaryRays, ..warped_area(task) };
+        method.forward(task.scene, task.change, progress)
+    }),
     Method::new(
-        ["auxiliary-rays", "warped area, auxiliary rays", "auxiliary rays"],
-        Palette::GREEN,
-        6,
-        |task, progress| {
-            let method = WarpedArea { field: Field::AuxiliaryRays, ..warped_area(task) };
-            method.forward(task.scene, task.change, progress)
-        },
-    ),
-    Method::new(
-        ["auxiliary-rays-16", "16 auxiliary rays, not debiased", "16 auxiliary rays"],
+        ["auxiliary-rays-16", "16 auxiliary rays, not debiased"],
         Palette::SKY,
         12,
         |task, progress| {
@@ -63,54 +56,36 @@ pub(crate) const METHODS: &[Method] = &[
             method.forward(task.scene, task.change, progress)
         },
     ),
-    Method::new(["rotation", "rotation", "rotation"], Palette::PURPLE, 24, |task, progress| {
+    Method::new(["rotation", "rotation"], Palette::PURPLE, 24, |task, progress| {
         // Kernels as wide as a pixel: narrower ones see fewer edges at once, and have less bias and more
         // variance.
         let kernels = Kernels { film: 1.0, ..Kernels::default() };
         let method = Rotation { samples: task.samples, kernels, seed: task.seed, ..Rotation::default() };
         method.forward(task.scene, task.change, progress)
     }),
-    Method::new(
-        ["edge-sampling", "edge sampling", "edge sampling"],
-        Palette::VERMILION,
-        16,
-        |task, progress| edge_sampling(task).forward(task.scene, task.change, progress),
-    ),
-    Method::new(
-        ["finite-differences", "finite differences", "finite differences"],
-        Palette::GREY,
-        48,
-        |task, progress| {
-            let method = FiniteDifference { samples: task.samples, step: task.step, seed: task.seed };
-            method.forward(task.scene, task.change, progress)
-        },
-    ),
-    Method::new(
-        ["softened", "warped area, softened field", "softened field"],
-        Palette::ORANGE,
-        12,
-        |task, progress| {
-            let method = WarpedArea { field: Field::softened(task.samples), ..warped_area(task) };
-            method.forward(task.scene, task.change, progress)
-        },
-    ),
+    Method::new(["edge-sampling", "edge sampling"], Palette::VERMILION, 16, |task, progress| {
+        edge_sampling(task).forward(task.scene, task.change, progress)
+    }),
+    Method::new(["finite-differences", "finite differences"], Palette::GREY, 48, |task, progress| {
+        let method = FiniteDifference { samples: task.samples, step: task.step, seed: task.seed };
+        method.forward(task.scene, task.change, progress)
+    }),
+    Method::new(["softened", "warped area, softened field"], Palette::ORANGE, 12, |task, progress| {
+        let method = WarpedArea { field: Field::softened(task.samples), ..warped_area(task) };
+        method.forward(task.scene, task.change, progress)
+    }),
     // The time of the pilot counts: it takes 8 samples however few are requested.
-    Method::new(
-        ["automatic", "what a pilot chooses", "pilot’s choice"],
-        Palette::OCHRE,
-        40,
-        |task, progress| {
-            let pilot = Pilot { samples: task.samples, seed: task.seed };
-            let choice = pilot.for_change(task.scene, task.change, progress)?;
-            choice.method.forward(task.scene, task.change, progress)
-        },
-    ),
+    Method::new(["automatic", "what a pilot chooses"], Palette::OCHRE, 40, |task, progress| {
+        let pilot = Pilot { samples: task.samples, seed: task.seed };
+        let choice = pilot.for_change(task.scene, task.change, progress)?;
+        choice.method.forward(task.scene, task.change, progress)
+    }),
 ];
 
 impl Method {
-    const fn new(names: [&'static str; 3], color: Color, samples: usize, estimate: Estimate) -> Self {
-        let [key, name, short] = names;
-        Self { key, name, short, color, samples, estimate }
+    const fn new(names: [&'static str; 2], color: Color, samples: usize, estimate: Estimate) -> Self {
+        let [key, name] = names;
+        Self { key, name, color, samples, estimate }
     }
 
     /// The method with the key `key`.

@@ -210,7 +210,7 @@ impl Reconstruction {
                 break;
             }
             let all = effort.steps();
-            context.step(&format!("{figure} {name}, seed {number}: step {} of {all}", step + 1));
+            context.step(&format!("{name}, seed {number}: step {} of {all}", step + 1));
             let clock = Clock::start();
             let warps = matches!(setup.supervision, Supervision::WarpedArea);
             let reverse = |scene: &Scene, adjoint: &Image, active: &_, seed: u64, progress: &Progress| {

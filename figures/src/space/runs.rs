@@ -51,8 +51,6 @@ pub(crate) struct Compared {
     /// a bias. The weights for a run come from the other runs: they are independent of it, and so the slope
     /// of an unbiased method stays 1.
     pub(crate) quiet_slope: Ratio,
-    /// The mean of all runs.
-    pub(crate) mean: Vec<DVec3>,
 }
 
 impl Compared {
@@ -81,7 +79,6 @@ impl Compared {
             slope: Ratio::of_runs(&runs.iter().map(slope).collect::<Vec<_>>()),
             true_slope: true_slope(runs, &reference.runs),
             quiet_slope: Ratio::of_runs(&(0..runs.len()).map(quiet).collect::<Vec<_>>()),
-            mean: mean(runs),
         }
     }
 }
@@ -212,7 +209,7 @@ mod tests {
             let difference = residual(run, from);
             product(&difference, &difference) / power
         };
-        let variance = runs.iter().map(|run| square(run, &found.mean)).sum::<f64>() / 3.0;
+        let variance = runs.iter().map(|run| square(run, &mean(&runs))).sum::<f64>() / 3.0;
         let mse = runs.iter().map(|run| square(run, &reference.gradient)).sum::<f64>() / 4.0;
         assert!((found.variance.value - variance).abs() < 1e-12);
         assert!((found.bias2.value - (mse - variance - 0.2 / power)).abs() < 1e-12);

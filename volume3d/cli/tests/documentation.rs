@@ -9,10 +9,13 @@ use volume3d::Image;
 use volume3d::io::write_exr;
 
 /// Lines that are not run here, with who runs them or why nobody does.
-const ELSEWHERE: [(&str, &str); 6] = [
+const ELSEWHERE: [(&str, &str); 9] = [
     ("cargo run --release -p figures", "the smoke run of the figures, with --quality draft"),
     ("cargo run --release -p figures -- mesh trade", "the same"),
+    ("cargo run --release -p figures -- accuracy", "the same"),
     ("cargo run --release -p figures -- --help", "it prints the options"),
+    ("cargo run --release -p figures -- poses --quality short --record", "it takes up to 40 minutes"),
+    ("cargo run --release -p figures -- poses --quality full --record", "it takes hours"),
     ("cargo test --release --workspace", "this test is a part of it"),
     ("cargo run --release -p figures -- explore", "the tests of the figures ask its server"),
     (

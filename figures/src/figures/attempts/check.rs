@@ -12,7 +12,7 @@ const POINTS: u32 = 160;
 /// Stride of checked readings.
 const EVERY: usize = 7;
 
-/// V·ν of one attempt at one place by quadrature.
+/// V·n of one attempt at one place by quadrature.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Check {
     /// Index of the profile.
@@ -30,7 +30,7 @@ impl Check {
     }
 }
 
-/// The moving side's share of ∫ w(u, u') du', which is V·ν at u, and the integral itself, for a weight that
+/// The moving side's share of ∫ w(u, u') du', which is V·n at u, and the integral itself, for a weight that
 /// is even about the line across the silhouette.
 pub(super) fn share(u: DVec2, w: impl Fn(DVec2) -> f64) -> (f64, f64) {
     // w is discontinuous at the silhouette and peaks there and at u: both are ends of intervals.

@@ -18,7 +18,7 @@ pub(super) fn draw(profiles: &[Profile], checks: &[Check]) -> Canvas {
     legend(&mut figure.canvas, key, profiles);
     figure.canvas.part(key);
     let panels = body.columns(&[1.0, 1.0, 0.72], 26.0);
-    let space = figure.panel(panels[0], "the field V·ν");
+    let space = figure.panel(panels[0], "the field V·n");
     values(&mut figure.canvas, space, profiles, checks);
     let space = figure.panel(panels[1], "its divergence ∇·V");
     divergences(&mut figure.canvas, space, profiles);
@@ -64,7 +64,7 @@ fn curves(axes: &mut Axes, profiles: &[Profile], which: usize) {
 }
 
 fn values(canvas: &mut Canvas, space: Rect, profiles: &[Profile], checks: &[Check]) {
-    let mut axes = Axes::new(across(), Axis::linear("V·ν / |v|").limits(-0.1, 1.25)).legend(Legend::None);
+    let mut axes = Axes::new(across(), Axis::linear("V·n / |v|").limits(-0.1, 1.25)).legend(Legend::None);
     axes.vertical(0.0, &Style::new(Color::SPINE).width(1.0).dashed());
     curves(&mut axes, profiles, 0);
     let dots = checks.iter().map(|check| [check.x, check.exact]);

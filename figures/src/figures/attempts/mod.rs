@@ -1,4 +1,4 @@
-//! Figure 2: the three attempts along a line across a silhouette, and the weight that makes the third.
+//! The three attempts along a line across a silhouette, and the weight that makes the third.
 
 mod check;
 mod edge;
@@ -21,19 +21,19 @@ const FAR: f64 = 2.0;
 /// Draws the figure.
 pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let edge = Edge::new()?;
-    context.step("2 three attempts: along the line");
+    context.step("along the line");
     let places = edge::places(context.spend(120, 240));
     let estimates = context.spend(3000, 50_000);
     let profiles = edge::profiles(&edge, &places, estimates, context.seed());
     let checks = check::all(&edge, &profiles);
-    context.png("figure2_attempts.png", &lines::draw(&profiles, &checks))?;
-    context.step("2 three attempts: weights");
+    context.png("attempts.png", &lines::draw(&profiles, &checks))?;
+    context.step("weights");
     let around = [NEAR, FAR].map(|x| Around::new(&edge, x, context.spend(120, 240), context.seed()));
-    context.png("figure2_weights.png", &weights::draw(&around))?;
+    context.png("attempts_weights.png", &weights::draw(&around))?;
     let data = [
-        context.csv("figure2_attempts.csv", &readings(&profiles))?,
-        context.csv("figure2_quadrature.csv", &quadrature(&profiles, &checks))?,
-        context.csv("figure2_auxiliary_points.csv", &auxiliary_points(&around))?,
+        context.csv("attempts.csv", &readings(&profiles))?,
+        context.csv("attempts_quadrature.csv", &quadrature(&profiles, &checks))?,
+        context.csv("attempts_auxiliary_points.csv", &auxiliary_points(&around))?,
     ];
     prose(&profiles, &checks, &around, estimates)?.section("attempts", data.to_vec(), table(&profiles))
 }
@@ -126,8 +126,8 @@ fn table(profiles: &[Profile]) -> Table {
         profiles,
         &[
             ("", &|p| p.name.clone().into()),
-            ("V·ν just inside", &|p| shown(p, p.readings.len() / 2 - 1).into()),
-            ("V·ν just outside", &|p| shown(p, p.readings.len() / 2).into()),
+            ("V·n just inside", &|p| shown(p, p.readings.len() / 2 - 1).into()),
+            ("V·n just outside", &|p| shown(p, p.readings.len() / 2).into()),
             ("largest |∇·V| read", &|p| largest(p, |r| r.value[1].abs()).into()),
             ("largest error of ∇·V", &|p| largest(p, |r| r.error[1]).into()),
         ],

@@ -132,7 +132,7 @@ fn map(canvas: &mut Canvas, frame: Rect, one: &Around, which: usize, shading: &S
     canvas.image(&raster, frame);
     marks(canvas, frame, one, Color::WHITE);
     if which >= 2 {
-        let text = format!("V·ν = {:.3}", one.shares[which - 2]);
+        let text = format!("V·n = {:.3}", one.shares[which - 2]);
         note(canvas, frame, &text);
     }
 }
@@ -153,7 +153,7 @@ fn scatter(canvas: &mut Canvas, frame: Rect, one: &Around, shading: &Shading) {
     });
     marks(canvas, frame, one, Color::INK);
     let value: f64 = one.points.iter().map(|p| p.share * p.velocity).sum();
-    note(canvas, frame, &format!("V·ν ≈ {value:.3}"));
+    note(canvas, frame, &format!("V·n ≈ {value:.3}"));
 }
 
 /// The silhouette, u itself and the frame.

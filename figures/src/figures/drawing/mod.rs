@@ -1,4 +1,4 @@
-//! Figure 6: a real drawing with the gradient image of a rotation of one of its parts.
+//! A real drawing with the gradient image of a rotation of one of its parts.
 
 mod measure;
 mod page;
@@ -38,23 +38,23 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let side = context.spend(144, 432);
     let film =
         |corner: DVec2, width: f64| Film::placed(side, side, Filter::Tent, corner, width / side as f64);
-    context.step("6 gradient of the drawing");
+    context.step("gradient of the drawing");
     let spp = context.spend([12, 28], [256, 512]);
     let whole = View::new(&subject, film(DVec2::ZERO, drawing.size.x)?, spp[0], context.seed())?;
-    context.step("6 gradient of the shield");
+    context.step("gradient of the shield");
     let width = 1.06 * (high - low).max_element();
     let corner = centre - DVec2::splat(0.5 * width);
     let close = View::new(&subject, film(corner, width)?, spp[1], context.seed() ^ 0x6)?;
 
-    context.png("figure6_drawing.png", &page::page(&whole, &close, centre, radius))?;
+    context.png("drawing.png", &page::page(&whole, &close, centre, radius))?;
     let table = methods(&whole, &close);
     let mut data = vec![];
     for (name, view) in [("whole", &whole), ("shield", &close)] {
         let exact = view.exact.pixels();
-        data.push(context.exr(&format!("figure6_exact_{name}.exr"), view.exact.width(), exact)?);
-        data.push(context.csv(&format!("figure6_pixels_{name}.csv"), &pixels(view))?);
+        data.push(context.exr(&format!("drawing_exact_{name}.exr"), view.exact.width(), exact)?);
+        data.push(context.csv(&format!("drawing_pixels_{name}.csv"), &pixels(view))?);
     }
-    data.push(context.csv("figure6_methods.csv", &table)?);
+    data.push(context.csv("drawing_methods.csv", &table)?);
     prose(&drawing.scene, part.len(), &whole, &close)?.section("drawing", data, table)
 }
 

@@ -1,4 +1,4 @@
-//! Figure 4: edge sampling and warped area as a scene grows.
+//! Edge sampling and warped area as a scene grows.
 
 mod foliage;
 mod picture;
@@ -19,17 +19,17 @@ use super::common::{listed, percent};
 pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let mut plants = vec![];
     for leaves in sizes(context) {
-        context.step(&format!("figure 4: {leaves} leaves"));
+        context.step(&format!("{leaves} leaves"));
         plants.push(study::measure(context, leaves)?);
     }
     let examples = [Foliage::new(32, context.seed())?, Foliage::new(256, context.seed())?];
     let prose = prose(&plants)?;
     let canvas = picture::rays(&examples, &plants)?;
-    context.png("figure4_edges.png", &canvas)?;
-    context.png("figure4_time.png", &picture::time(&plants))?;
+    context.png("edges.png", &canvas)?;
+    context.png("edges_time.png", &picture::time(&plants))?;
     let data = [
-        context.csv("figure4_edges.csv", &measurements(context, &plants))?,
-        context.csv("figure4_time.csv", &times(&plants))?,
+        context.csv("edges.csv", &measurements(context, &plants))?,
+        context.csv("edges_time.csv", &times(&plants))?,
     ];
     prose.section("edges", data.to_vec(), table(&plants))
 }

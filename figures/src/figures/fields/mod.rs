@@ -1,4 +1,4 @@
-//! Figure 1: one scene, its boundary velocity, every construction of V, and the two rules measured.
+//! One scene, its boundary velocity, every construction of V, and the two rules measured.
 
 mod constructions;
 mod example;
@@ -37,7 +37,7 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let speed = sites.iter().map(|site| site.velocity.length()).fold(0.0, f64::max);
     let constructions = constructions::all(&example, &oracle, harmonic.each_ref(), effort, context.seed());
     let step = |what: &str, construction: &Construction<'_>| {
-        context.step(&format!("1 warp fields: {what}{} field", construction.name));
+        context.step(&format!("{what}{} field", construction.name));
     };
     let sample = |construction: &Construction<'_>| {
         step("", construction);
@@ -58,7 +58,7 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
         sampled: &sampled,
         records: &records,
     };
-    context.png("figure1_fields.png", &shown.draw())?;
+    context.png("fields.png", &shown.draw())?;
     let data = write_data(context, &shown)?;
     prose(&shown, effort)?.section("fields", data, gallery_table(&shown))
 }
@@ -66,11 +66,11 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
 /// Writes the numbers and the fields, and returns their file names.
 fn write_data(context: &Context, shown: &Shown<'_>) -> anyhow::Result<Vec<String>> {
     let mut files = vec![
-        context.csv("figure1_rules.csv", &rules_table(shown))?,
-        context.csv("figure1_silhouettes.csv", &silhouettes_table(shown))?,
+        context.csv("fields_rules.csv", &rules_table(shown))?,
+        context.csv("fields_silhouettes.csv", &silhouettes_table(shown))?,
     ];
     for (construction, sampled) in shown.constructions.iter().zip(shown.sampled) {
-        let file = format!("figure1_{}.exr", construction.name.to_lowercase().replace(' ', "_"));
+        let file = format!("fields_{}.exr", construction.name.to_lowercase().replace(' ', "_"));
         let pixels: Vec<DVec3> = sampled.fields.iter().map(|f| f.value.extend(f.divergence)).collect();
         files.push(context.exr(&file, sampled.width, &pixels)?);
     }

@@ -143,9 +143,7 @@ impl Shown<'_> {
         type Series<'a> = (Color, &'a str, f64, fn(&Record) -> Ratio);
         let series: [Series<'_>; 2] = [
             (Palette::GREY, "largest jump of V", -0.19, |record| record.largest_jump),
-            (Palette::VERMILION, "largest mismatch |V·ν − v·ν|", 0.19, |record| {
-                record.largest_mismatch
-            }),
+            (Palette::VERMILION, "largest mismatch |V·n − v·n|", 0.19, |record| record.largest_mismatch),
         ];
         let all = self.records.iter().flat_map(|record| [record.largest_jump, record.largest_mismatch]);
         let highest = all.map(|m| m.value.abs()).fold(0.0, f64::max);
@@ -171,7 +169,7 @@ impl Shown<'_> {
         let ticks = [0.0, 0.5, 1.0].map(|t| number(t * LOUD));
         let shade = |t: f64| Color::INK.mix(Palette::VERMILION, t as f32);
         gradient(canvas, bar(places[1]), [&ticks[0], &ticks[1], &ticks[2]], shade);
-        canvas.text("|V·ν − v·ν| / largest |v|", beside(bar(places[1])), &text);
+        canvas.text("|V·n − v·n| / largest |v|", beside(bar(places[1])), &text);
         let page = PANEL / EXTENT.x;
         let length = ARROW * WIDTH * page;
         let at = DVec2::new(places[2].x + 12.0, places[2].y + 5.0);

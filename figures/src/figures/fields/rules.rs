@@ -32,7 +32,7 @@ fn larger(one: Ratio, other: Ratio) -> Ratio {
 pub(super) struct Pair {
     /// |V⁺ − V⁻|.
     pub(super) jump: Ratio,
-    /// (V − v)·ν on the occluder's side and on the other.
+    /// (V − v)·n on the occluder's side and on the other.
     pub(super) mismatch: [Ratio; 2],
 }
 

@@ -1,4 +1,4 @@
-//! Figure 3: Reynolds, divergence and reparameterised forms of one derivative.
+//! Three forms of one derivative: Reynolds and divergence in one figure, samples that move in another.
 
 mod animation;
 mod crossing;
@@ -27,8 +27,8 @@ use crate::prose::Prose;
 /// A construction of V with (θ − θ₀, fraction of samples that see another shape than at θ₀).
 type Crossings<'a> = (&'a Moved, Vec<[f64; 2]>);
 
-/// Results of the figure.
-struct Results<'a> {
+/// Results on integrals.
+struct Results {
     tent: Terms,
     boxed: Terms,
     /// Central differences of exact images.
@@ -36,53 +36,54 @@ struct Results<'a> {
     estimate: Estimate,
     /// The negative control: weights that ignore boundaries.
     gaussian: Estimate,
+}
+
+/// Results on samples that move.
+struct Moving<'a> {
     /// (area form, reparameterised form) of single samples.
     pairs: Vec<(f64, f64)>,
     crossings: Vec<Crossings<'a>>,
 }
 
-/// Draws the figure.
+/// Reynolds and divergence.
 pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let example = scene::example()?;
     let film = Film::new(SIDE, SIDE, Filter::Tent)?;
     let arrangement = Arrangement::new(&example.scene, &film)?;
-    context.step("figure 3: samples moved by T");
-    let side = context.spend(150, 500);
-    let samples = Samples::new(&example, &arrangement, Window::FILM, side, context.seed());
-    let results = compute(context, &example, &arrangement, &film, &samples)?;
+    context.step("exact terms");
+    let tent = exact::terms(&example, &arrangement, &film)?;
+    let boxed = exact::terms(&example, &arrangement, &film.with_filter(Filter::Box))?;
+    let central = exact::central_difference(&example, &film)?;
+    context.step("warped-area sampling");
+    let estimate = sampled::estimate(context, &example, &film, &tent.total, Weighting::default())?;
+    let gaussian = sampled::estimate(context, &example, &film, &tent.total, Weighting::Gaussian)?;
+    let results = Results { tent, boxed, central, estimate, gaussian };
     let prose = prose(&results)?;
     let setting = terms_picture::Setting { example: &example, arrangement: &arrangement, film: &film };
-    let canvas = terms_picture::draw(&setting, &results);
-    context.png("figure3_forms.png", &canvas)?;
-    let canvas = sampled_picture::draw(&results);
-    context.png("figure3_samples.png", &canvas)?;
-    context.step("figure 3: animation");
-    let frames = animation::frames(&example, &arrangement, context.spend(20, 48), context.seed())?;
-    context.animation("figure3_motion.png", &frames, context.spend(120, 50))?;
-    let data = [
-        context.csv("figure3_pixels.csv", &pixels(&results))?,
-        context.csv("figure3_crossings.csv", &crossing_table(&results))?,
-    ];
-    prose.section("forms", data.to_vec(), table(&results))
+    context.png("forms.png", &terms_picture::draw(&setting, &results))?;
+    context.png("forms_samples.png", &sampled_picture::draw(&results))?;
+    let data = context.csv("forms_pixels.csv", &pixels(&results))?;
+    prose.section("forms", vec![data], table(&results))
 }
 
-fn compute<'a>(
-    context: &Context,
-    example: &Example,
-    arrangement: &Arrangement<'_>,
-    film: &Film,
-    samples: &'a Samples,
-) -> anyhow::Result<Results<'a>> {
-    context.step("figure 3: exact terms");
-    let tent = exact::terms(example, arrangement, film)?;
-    let boxed = exact::terms(example, arrangement, &film.with_filter(Filter::Box))?;
-    let central = exact::central_difference(example, film)?;
-    context.step("figure 3: warped-area sampling");
-    let estimate = sampled::estimate(context, example, film, &tent.total, Weighting::default())?;
-    let gaussian = sampled::estimate(context, example, film, &tent.total, Weighting::Gaussian)?;
-    let pairs = sampled::sample_pairs(context, example, film)?;
-    let crossings = crossings(example, samples)?;
-    Ok(Results { tent, boxed, central, estimate, gaussian, pairs, crossings })
+/// Samples that move.
+pub(crate) fn draw_motion(context: &Context) -> anyhow::Result<Section> {
+    let example = scene::example()?;
+    let film = Film::new(SIDE, SIDE, Filter::Tent)?;
+    let arrangement = Arrangement::new(&example.scene, &film)?;
+    context.step("samples moved by T");
+    let side = context.spend(150, 500);
+    let samples = Samples::new(&example, &arrangement, Window::FILM, side, context.seed());
+    let pairs = sampled::sample_pairs(context, &example, &film)?;
+    let moving = Moving { pairs, crossings: crossings(&example, &samples)? };
+    let prose = motion_prose(&moving)?;
+    context.step("animation");
+    let frames = animation::frames(&example, &arrangement, context.spend(20, 48), context.seed())?;
+    context.animation("motion.png", &frames, context.spend(120, 50))?;
+    context.png("motion_forms.png", &sampled_picture::draw_motion(&moving))?;
+    let table = crossing_table(&moving);
+    let data = context.csv("motion_crossings.csv", &table)?;
+    prose.section("motion", vec![data], Table::default())
 }
 
 /// Pairs (θ − θ₀, fraction of samples that see another shape than at θ₀) for each construction.
@@ -99,9 +100,9 @@ fn crossings<'a>(example: &Example, samples: &'a Samples) -> anyhow::Result<Vec<
     Ok(curves)
 }
 
-fn crossing_table(results: &Results<'_>) -> Table {
+fn crossing_table(moving: &Moving<'_>) -> Table {
     Table::of(
-        results
+        moving
             .crossings
             .iter()
             .flat_map(|(moved, curve)| curve.iter().map(move |point| (moved.name, *point))),
@@ -113,8 +114,8 @@ fn crossing_table(results: &Results<'_>) -> Table {
     )
 }
 
-fn pixels(results: &Results<'_>) -> Table {
-    let Results { tent, boxed, central, estimate, gaussian, .. } = results;
+fn pixels(results: &Results) -> Table {
+    let Results { tent, boxed, central, estimate, gaussian } = results;
     Table::of(
         0..SIDE * SIDE,
         &[
@@ -138,9 +139,8 @@ fn pixels(results: &Results<'_>) -> Table {
 }
 
 /// The text on one derivative in its forms.
-fn prose(results: &Results<'_>) -> anyhow::Result<Prose> {
-    let Results { tent, boxed, central, estimate, gaussian, pairs, .. } = results;
-    let (worst, equal) = agreement(pairs);
+fn prose(results: &Results) -> anyhow::Result<Prose> {
+    let Results { tent, boxed, central, estimate, gaussian } = results;
     Prose::new(
         include_str!("forms.md"),
         &[
@@ -151,17 +151,27 @@ fn prose(results: &Results<'_>) -> anyhow::Result<Prose> {
             ("count", &estimate.scores().len()),
             ("z", &number(estimate.root_mean_square_score())),
             ("gaussian", &number(gaussian.root_mean_square_score())),
-            ("worst", &number(worst)),
-            ("equal", &equal),
-            ("pairs", &pairs.len()),
-            ("none", &power(results, 0)),
-            ("direct", &power(results, 1)),
-            ("aware", &power(results, 2)),
-            ("oracle", &power(results, 3)),
             ("side", &SIDE),
             ("step", &number(STEP)),
             ("rays", &number(estimate.rays_per_sample())),
             ("settled", &number(SETTLED)),
+        ],
+    )
+}
+
+/// The text on samples that move.
+fn motion_prose(moving: &Moving<'_>) -> anyhow::Result<Prose> {
+    let (worst, equal) = agreement(&moving.pairs);
+    Prose::new(
+        include_str!("motion.md"),
+        &[
+            ("worst", &number(worst)),
+            ("equal", &equal),
+            ("pairs", &moving.pairs.len()),
+            ("none", &power(moving, 0)),
+            ("direct", &power(moving, 1)),
+            ("aware", &power(moving, 2)),
+            ("oracle", &power(moving, 3)),
             ("kernel_width", &number(KERNEL_WIDTH)),
             ("auxiliary_rays", &AUXILIARY_RAYS),
             ("swing", &number(SWING)),
@@ -169,7 +179,7 @@ fn prose(results: &Results<'_>) -> anyhow::Result<Prose> {
     )
 }
 
-fn worst_residual(results: &Results<'_>) -> f64 {
+fn worst_residual(results: &Results) -> f64 {
     let residual = |terms: &Terms| largest(&difference(&terms.area, &terms.edge));
     residual(&results.tent).max(residual(&results.boxed))
 }
@@ -183,8 +193,8 @@ fn agreement(pairs: &[(f64, f64)]) -> (f64, usize) {
 
 /// The power of θ − θ₀ with which a construction's fraction grows, by least squares on logarithms over the
 /// places where some samples changed.
-fn power(results: &Results<'_>, construction: usize) -> String {
-    let (_, curve) = &results.crossings[construction];
+fn power(moving: &Moving<'_>, construction: usize) -> String {
+    let (_, curve) = &moving.crossings[construction];
     let logs: Vec<[f64; 2]> = curve.iter().filter(|p| p[1] > 0.0).map(|p| p.map(f64::ln)).collect();
     let count = logs.len() as f64;
     let [x, y] = [0, 1].map(|axis| logs.iter().map(|p| p[axis]).sum::<f64>() / count);
@@ -196,7 +206,7 @@ fn power(results: &Results<'_>, construction: usize) -> String {
 }
 
 /// Sizes of all terms.
-fn table(Results { tent, boxed, .. }: &Results<'_>) -> Table {
+fn table(Results { tent, boxed, .. }: &Results) -> Table {
     let sizes = |values: fn(&Terms) -> Vec<f64>| [tent, boxed].map(|terms| root_mean_square(&values(terms)));
     let rows = [
         ("interior term", sizes(|terms| terms.interior.clone())),

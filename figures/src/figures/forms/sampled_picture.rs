@@ -1,7 +1,7 @@
 //! The picture of the sampled area integral.
 
-use super::Results;
 use super::scene::SIDE;
+use super::{Moving, Results};
 use crate::plot::{Axes, Axis, Canvas, Color, Figure, GUTTER, Legend, Marker, Palette, Shading, Style};
 
 /// Range of the histograms of z-scores; values beyond it are counted in the last bin.
@@ -9,9 +9,9 @@ const REACH: f64 = 6.0;
 const BINS: usize = 48;
 
 /// Draws the estimate, its error, and their statistics.
-pub(super) fn draw(shown: &Results<'_>) -> Canvas {
-    let mut figure = Figure::new(960.0, 500.0, "The area integral by sampling, no edge ever looked for");
-    let cells = figure.body.grid([2, 3], [GUTTER; 2]);
+pub(super) fn draw(shown: &Results) -> Canvas {
+    let mut figure = Figure::new(960.0, 250.0, "The area integral by sampling, no edge ever looked for");
+    let cells = figure.body.grid([1, 4], [GUTTER; 2]);
     let estimate = &shown.estimate;
     let highest = Shading::signed_covering(&estimate.standard_error, 0.995).scale.high();
     let fields = [
@@ -21,19 +21,26 @@ pub(super) fn draw(shown: &Results<'_>) -> Canvas {
             Shading::signed_covering(&shown.tent.total, 0.985),
         ),
         ("its standard error".to_owned(), &estimate.standard_error, Shading::sequential(0.0, highest)),
-        ("z = (estimate − exact)/standard error".to_owned(), &estimate.z, Shading::signed(4.0)),
+        ("z = (estimate − exact)/error".to_owned(), &estimate.z, Shading::signed(4.0)),
     ];
     for ((title, values, shading), cell) in fields.iter().zip(&cells) {
         let space = figure.panel(*cell, title);
         figure.canvas.field(SIDE, values, shading, space);
     }
     figure.plot(cells[3], "z-scores of all pixels", &histogram(shown));
-    figure.plot(cells[4], "two forms of the same sample", &forms(shown));
-    figure.plot(cells[5], "samples that cross a silhouette", &crossings(shown));
     figure.canvas
 }
 
-fn histogram(shown: &Results<'_>) -> Axes {
+/// Two forms of single samples, and how many samples cross a silhouette.
+pub(super) fn draw_motion(shown: &Moving<'_>) -> Canvas {
+    let mut figure = Figure::new(760.0, 250.0, "");
+    let cells = figure.body.grid([1, 2], [GUTTER; 2]);
+    figure.plot(cells[0], "two forms of the same sample", &forms(shown));
+    figure.plot(cells[1], "samples that cross a silhouette", &crossings(shown));
+    figure.canvas
+}
+
+fn histogram(shown: &Results) -> Axes {
     let y = Axis::linear("density").limits(0.0, 0.66);
     let mut axes = Axes::new(Axis::linear("z").limits(-REACH, REACH), y);
     let width = 2.0 * REACH / BINS as f64;
@@ -61,7 +68,7 @@ fn density(scores: &[f64]) -> Vec<[f64; 2]> {
     counts.iter().enumerate().map(|(i, &n)| [width * (i as f64 + 0.5) - REACH, n as f64 * scale]).collect()
 }
 
-fn forms(shown: &Results<'_>) -> Axes {
+fn forms(shown: &Moving<'_>) -> Axes {
     let mut axes = Axes::new(
         Axis::log("|area form| of one sample").limits(1e-3, 1e3),
         Axis::log("|reparameterised − area|").limits(1e-19, 1e-9),
@@ -76,7 +83,7 @@ fn forms(shown: &Results<'_>) -> Axes {
     axes
 }
 
-fn crossings(shown: &Results<'_>) -> Axes {
+fn crossings(shown: &Moving<'_>) -> Axes {
     let mut axes = Axes::new(Axis::log("θ − θ_{0}"), Axis::log("fraction of samples").limits(2e-5, 3.0))
         .legend(Legend::TopLeft);
     let markers = [Marker::Cross, Marker::Square, Marker::Circle, Marker::Diamond];

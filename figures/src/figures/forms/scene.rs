@@ -1,4 +1,4 @@
-//! The scene of figure 3: one shape rotates, one slides, one is at rest and hides parts of both.
+//! The scene: one shape rotates, one slides, one is at rest and hides parts of both.
 
 use flatland::plane::{Attachment, Motion, Polygon, Scene, Shade, Shape};
 use glam::{DMat2, DVec2, DVec3};

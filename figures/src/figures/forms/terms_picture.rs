@@ -28,7 +28,7 @@ enum Content {
 }
 
 /// Draws twelve panels: Reynolds, divergence, and divergence with a box filter.
-pub(super) fn draw(setting: &Setting<'_>, results: &Results<'_>) -> Canvas {
+pub(super) fn draw(setting: &Setting<'_>, results: &Results) -> Canvas {
     let size = DVec2::new(4.0 * CELL + 3.0 * GUTTER, 3.0 * (ROW + HEADING) + 2.0 * GUTTER);
     let mut figure = Figure::new(size.x, size.y, "One derivative, written in two ways, pixel by pixel");
     let headings = [
@@ -59,7 +59,7 @@ pub(super) fn draw(setting: &Setting<'_>, results: &Results<'_>) -> Canvas {
 }
 
 /// The titles and contents, row by row.
-fn panels(results: &Results<'_>) -> Vec<(String, Content)> {
+fn panels(results: &Results) -> Vec<(String, Content)> {
     let Results { tent, boxed, central, .. } = results;
     let common = Shading::signed_covering(&tent.total, 0.985);
     let term = |title: &str, values: &[f64]| (title.to_owned(), Content::Values(values.to_vec(), common));
@@ -72,7 +72,7 @@ fn panels(results: &Results<'_>) -> Vec<(String, Content)> {
         ("image I, and how the scene moves".to_owned(), Content::Image),
         term("dI/dθ = (c) + (d)", &tent.total),
         term("interior term ∫ h ∂f/∂θ du", &tent.interior),
-        term("edge integral ∮ h Δf (v·ν) dl", &tent.edge),
+        term("edge integral ∮ h Δf (v·n) dl", &tent.edge),
         ("a field V that obeys both rules".to_owned(), Content::Field),
         term("area integral ∫ ∇·(V h f) du", &tent.area),
         residual("(f) − (d)", difference(&tent.area, &tent.edge)),

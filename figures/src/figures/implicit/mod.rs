@@ -1,4 +1,4 @@
-//! Figure 9: implicit shapes: fields from the points of sphere tracing, and the causes of their error.
+//! Implicit shapes: fields from the points of sphere tracing, and the causes of their error.
 
 mod ablation;
 mod page;
@@ -21,10 +21,10 @@ use crate::ratio::Ratio;
 pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let world = World::new()?;
     let silhouettes = world.silhouettes()?;
-    context.step("9 fields against direction");
+    context.step("fields against direction");
     let (count, repeats) = context.spend((900, 40), (3000, 400));
     let curves = world::curves(&world, count, repeats, context.seed())?;
-    context.step("9 error against steps");
+    context.step("error against steps");
     let most = context.spend(3200, 12_800);
     let (gammas, lambdas) = (ablation::gammas(&world, most)?, ablation::lambdas(&world, most)?);
     let steepness = ablation::steepness(&world, context.spend(3000, 200_000), context.seed());
@@ -36,10 +36,12 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
         gammas: &gammas,
         lambdas: &lambdas,
     };
-    context.png("figure9_implicit.png", &page::page(&shown))?;
+    context.png("implicit.png", &page::page(&shown))?;
     let bias = bias_table(&gammas, &lambdas);
-    let data =
-        [context.csv("figure9_fields.csv", &field_table(&curves))?, context.csv("figure9_bias.csv", &bias)?];
+    let data = [
+        context.csv("implicit_fields.csv", &field_table(&curves))?,
+        context.csv("implicit_bias.csv", &bias)?,
+    ];
     prose(&gammas, &lambdas, &steepness, &coarse)?.section("implicit", data.to_vec(), bias)
 }
 

@@ -1,4 +1,4 @@
-//! Figure 18: implicit surfaces in space: every field against known derivatives.
+//! Implicit surfaces in space: every field against known derivatives.
 
 mod maps;
 mod outputs;
@@ -59,22 +59,22 @@ struct Measured {
 /// Measures, draws and explains.
 pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let [smooth, plain] = [Subject::union(0.5)?, Subject::union(0.0)?];
-    context.step("18 fields over a film");
+    context.step("fields over a film");
     let maps = Maps::new(&smooth, context.spend(40, 192))?;
-    context.step("18 jumps");
+    context.step("jumps");
     let scans = scan::scans(&smooth, &plain, context.spend(200, 4000));
-    context.step("18 bias by tolerance and steps");
+    context.step("bias by tolerance and steps");
     let curves = curves(context)?;
-    context.step("18 grids");
+    context.step("grids");
     let grids = grids(context)?;
-    context.step("18 every field on every shape");
+    context.step("every field on every shape");
     let measured = Measured { maps, scans, curves, grids, rows: rows(context)? };
-    context.png("figure18_levels.png", &page::page(&measured))?;
+    context.png("levels.png", &page::page(&measured))?;
     let table = table(&measured.rows);
     let data = vec![
-        context.csv("figure18_fields.csv", &table)?,
-        context.csv("figure18_bias.csv", &bias(&measured.curves))?,
-        context.csv("figure18_grids.csv", &resolutions(&measured.grids))?,
+        context.csv("levels_fields.csv", &table)?,
+        context.csv("levels_bias.csv", &bias(&measured.curves))?,
+        context.csv("levels_grids.csv", &resolutions(&measured.grids))?,
     ];
     prose(&measured)?.section("levels", data, table)
 }

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::study::{Arm, Flaw, Study};
+use super::study::{Arm, Entry, Flaw, Study};
 use crate::plot::*;
 use crate::space::picture::radiance;
 
@@ -79,5 +79,31 @@ pub(super) fn draw(study: &Study) -> Canvas {
     figure.canvas.part(Rect { width: left - body.x, ..body });
     let space = Rect::new(left, body.y, body.right() - left, 2.0 * row + 4.0);
     figure.plot(space, "How far the surfaces are from the bunny", &axes);
+    figure.canvas
+}
+
+/// Target, start and ends of some fits, and their distances by steps.
+pub(super) fn live(entries: &[Entry], side: usize) -> Canvas {
+    let width = (2 + entries.len()) as f64 * (SIDE + GAP);
+    let mut figure = Figure::new(width + PLOT, SIDE + 40.0, "");
+    let body = figure.body;
+    let head = TextStyle::new(10.5, Color::MUTED).anchored(Align::Left, Height::Top);
+    let mut picture = |i: usize, name: &str, pixels: &[glam::DVec3]| {
+        let at = DVec2::new(body.x + i as f64 * (SIDE + GAP), body.y);
+        figure.canvas.text(name, at, &head);
+        figure.canvas.picture(&radiance(pixels, side), Rect::new(at.x, at.y + 14.0, SIDE, SIDE));
+    };
+    let mut axes = Axes::new(Axis::linear("step"), Axis::log("% of the diagonal")).legend(Legend::None);
+    if let Some(first) = entries.first() {
+        picture(0, "target, held out", &first.fit.target);
+        picture(1, "start", &first.fit.stages[0]);
+    }
+    for ((i, entry), color) in entries.iter().enumerate().zip([Palette::BLUE, Palette::VERMILION]) {
+        if let Some(last) = entry.fit.stages.last() {
+            picture(2 + i, &entry.arm.name(), last);
+        }
+        axes.line(entry.fit.moments.iter().map(|m| [m.step as f64, 100.0 * m.chamfer]), &Style::new(color));
+    }
+    axes.draw(&mut figure.canvas, Rect::new(body.x + width, body.y, PLOT, SIDE + 36.0));
     figure.canvas
 }

@@ -4,7 +4,7 @@ use volume3d::optimize::Loss;
 use volume3d::optimize::mask::{Neighbourhood, dilated, eroded, with_holes};
 use volume3d::sdf::network::Architecture;
 
-use crate::context::Context;
+use crate::context::{Context, Quality};
 use crate::space::reconstruction::{Effort, Made, Reconstruction, Setup, Spoil, Supervision};
 use crate::space::studio::{Light, Subject};
 
@@ -68,6 +68,31 @@ pub(super) struct Entry {
     pub(super) fit: Reconstruction,
 }
 
+impl Entry {
+    /// Fits a network at a rate, with the seed of a number.
+    pub(super) fn new(
+        context: &Context,
+        effort: &Effort,
+        architecture: Architecture,
+        arm: Arm,
+        (rate, number): (f64, u64),
+    ) -> anyhow::Result<Self> {
+        let supervision = match arm {
+            Arm::WarpedArea => Supervision::WarpedArea,
+            Arm::Nothing => Supervision::Interior,
+            Arm::Longer => Supervision::Masks(MASKS[0].1),
+            Arm::Masks(flaw) => {
+                let spoil = MASKS.iter().find(|(of, _)| *of == flaw).map(|(_, spoil)| *spoil);
+                Supervision::Masks(spoil.expect("every flaw has its function"))
+            }
+        };
+        let (subject, made) = (Subject::Bunny, Made::Network(architecture));
+        let (name, light) = (arm.name(), Light::Even);
+        let setup = Setup { figure: 17, name, subject, light, number, made, rate, supervision };
+        Ok(Self { arm, rate, fit: Reconstruction::new(context, effort, &setup)? })
+    }
+}
+
 /// Measurements of the figure.
 pub(super) struct Study {
     pub(super) effort: Effort,
@@ -84,25 +109,12 @@ pub(super) struct Study {
 
 impl Study {
     pub(super) fn new(context: &Context) -> anyhow::Result<Self> {
-        let effort = effort(context);
-        let width = context.spend(16, 64);
-        let architecture = Architecture { width, frequencies: 4, ..Architecture::default() };
-        let rates: &[f64] = context.spend(&[2e-3], &[5e-4, 1e-3, 2e-3]);
-        let seeds = context.spend(1, 3);
-        let entry = |arm: Arm, rate, number, effort: &Effort| {
-            let supervision = match arm {
-                Arm::WarpedArea => Supervision::WarpedArea,
-                Arm::Nothing => Supervision::Interior,
-                Arm::Longer => Supervision::Masks(MASKS[0].1),
-                Arm::Masks(flaw) => {
-                    let spoil = MASKS.iter().find(|(of, _)| *of == flaw).map(|(_, spoil)| *spoil);
-                    Supervision::Masks(spoil.expect("every flaw has its function"))
-                }
-            };
-            let (subject, made) = (Subject::Bunny, Made::Network(architecture));
-            let (name, light) = (arm.name(), Light::Even);
-            let setup = Setup { figure: 17, name, subject, light, number, made, rate, supervision };
-            anyhow::Ok(Entry { arm, rate, fit: Reconstruction::new(context, effort, &setup)? })
+        let effort = effort(context.quality());
+        let architecture = architecture(context.quality());
+        let rates: &[f64] = context.study(&[2e-3], &[2e-3], &[5e-4, 1e-3, 2e-3]);
+        let seeds = context.study(1, 1, 3);
+        let entry = |arm, rate, number, effort: &Effort| {
+            Entry::new(context, effort, architecture, arm, (rate, number))
         };
         let mut entries = vec![];
         let mut best = [rates[0]; 2];
@@ -147,22 +159,8 @@ impl Study {
 /// Arms whose rate is searched.
 pub(super) const SEARCHED: [Arm; 2] = [Arm::WarpedArea, Arm::Masks(Flaw::Pixels(0))];
 
-fn effort(context: &Context) -> Effort {
-    let draft = Effort {
-        side: 20,
-        views: 4,
-        batch: 2,
-        cells: 10,
-        phases: vec![8, 4],
-        pixels: None,
-        finish: None,
-        samples: 2,
-        shown: 16,
-        points: 1000,
-        meshed: 24,
-        every: 6,
-        loss: Loss::L1,
-    };
+/// Effort of a fit: whole, live, or just enough to show that everything runs.
+pub(super) fn effort(quality: Quality) -> Effort {
     let full = Effort {
         side: 48,
         views: 8,
@@ -178,5 +176,51 @@ fn effort(context: &Context) -> Effort {
         every: 20,
         loss: Loss::L1,
     };
-    context.spend(draft, full)
+    let live = Effort {
+        side: 32,
+        views: 6,
+        cells: 10,
+        phases: vec![30, 20],
+        samples: 4,
+        shown: 32,
+        points: 4000,
+        meshed: 40,
+        every: 10,
+        ..full.clone()
+    };
+    match quality {
+        Quality::Full => full,
+        Quality::Short => Effort {
+            side: 32,
+            cells: 12,
+            phases: vec![40, 30],
+            samples: 4,
+            points: 10_000,
+            meshed: 48,
+            ..full
+        },
+        Quality::Draft => live,
+        Quality::Sketch => Effort {
+            side: 16,
+            views: 2,
+            cells: 6,
+            phases: vec![1, 1],
+            samples: 1,
+            shown: 4,
+            points: 200,
+            meshed: 12,
+            ..live
+        },
+    }
+}
+
+/// The network of a quality.
+pub(super) fn architecture(quality: Quality) -> Architecture {
+    let width = match quality {
+        Quality::Full => 64,
+        Quality::Short => 32,
+        Quality::Draft => 32,
+        Quality::Sketch => 8,
+    };
+    Architecture { width, frequencies: 4, ..Architecture::default() }
 }

@@ -1,4 +1,4 @@
-//! Figure 11: a mesh in a room, and the gradient image of its motion, term by term.
+//! A mesh in a room, and the gradient image of its motion, term by term.
 
 mod picture;
 mod scene;
@@ -17,17 +17,17 @@ use study::{Part, RUNS, STEP, Study};
 pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let study = Study::new(context)?;
     let prose = prose(&study)?;
-    context.png("figure11_mesh.png", &picture::draw(&study))?;
+    context.png("mesh.png", &picture::draw(&study))?;
     let table = table(&study);
-    let mut data = vec![context.csv("figure11_terms.csv", &table)?];
+    let mut data = vec![context.csv("mesh_terms.csv", &table)?];
     for part in Part::ALL {
         for (name, method) in [("warped", &study.warped), ("edges", &study.edges)] {
-            let file = format!("figure11_{}_{name}.exr", part.names()[1]);
+            let file = format!("mesh_{}_{name}.exr", part.names()[1]);
             data.push(context.exr(&file, study.side, &method.mean(part))?);
         }
     }
     let differences = study.differences.mean(Part::Whole);
-    data.push(context.exr("figure11_whole_differences.exr", study.side, &differences)?);
+    data.push(context.exr("mesh_whole_differences.exr", study.side, &differences)?);
     prose.section("mesh", data, table)
 }
 
@@ -62,6 +62,7 @@ fn prose(study: &Study) -> anyhow::Result<Prose> {
             ("slope_differences", &slope(differences.0)),
             ("error_differences", &number(differences.1)),
             ("runs", &RUNS),
+            ("block", &picture::BLOCK),
         ],
     )
 }

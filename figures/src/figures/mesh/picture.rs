@@ -15,6 +15,9 @@ const BAR: f64 = 66.0;
 /// Part of the pixels whose magnitudes the colours cover: the brightest silhouettes are beyond.
 const COVERED: f64 = 0.985;
 
+/// Side of the blocks of pixels whose mean is shown of indirect light, which is faint.
+pub(super) const BLOCK: usize = 4;
+
 const TITLE: &str = "A bunny that turns: the image, its derivative, and the terms of it";
 
 /// Image and whole gradients above; below, the terms by warped area and by edge sampling.
@@ -37,7 +40,8 @@ pub(super) fn draw(study: &Study) -> Canvas {
         gradient(&mut figure.canvas, pixels, study.side, &shading, space);
     }
     bar(&mut figure, cells[3], &shading, "∂_{θ}I (1/rad)");
-    let faint = Shading::signed_covering(&luminance(&study.edges.mean(Part::Indirect)), COVERED);
+    let indirect = |method: &Parts| blocks(&method.mean(Part::Indirect), study.side);
+    let faint = Shading::signed_covering(&luminance(&indirect(&study.edges)), COVERED);
     let methods: [(&str, &Parts, &str); 2] =
         [("warped area", &study.warped, "only (h)"), ("edge sampling", &study.edges, "only (l)")];
     for ((by, method, label), row) in methods.into_iter().zip(cells[4..].chunks(4)) {
@@ -45,12 +49,28 @@ pub(super) fn draw(study: &Study) -> Canvas {
             let [name, _] = part.names();
             let title = if part == Part::Interior { format!("{by}: {name}") } else { name.to_owned() };
             let space = figure.panel(*cell, &title);
-            let shading = if part == Part::Indirect { &faint } else { &shading };
-            gradient(&mut figure.canvas, &method.mean(part), study.side, shading, space);
+            if part == Part::Indirect {
+                gradient(&mut figure.canvas, &indirect(method), study.side / BLOCK, &faint, space);
+            } else {
+                gradient(&mut figure.canvas, &method.mean(part), study.side, &shading, space);
+            }
         }
         bar(&mut figure, row[3], &faint, label);
     }
     figure.canvas
+}
+
+/// The mean over every block of pixels.
+fn blocks(pixels: &[DVec3], side: usize) -> Vec<DVec3> {
+    let across = side / BLOCK;
+    let mut means = vec![DVec3::ZERO; across * across];
+    for (i, pixel) in pixels.iter().enumerate() {
+        let [x, y] = [i % side / BLOCK, i / side / BLOCK];
+        if x < across && y < across {
+            means[y * across + x] += *pixel / (BLOCK * BLOCK) as f64;
+        }
+    }
+    means
 }
 
 fn bar(figure: &mut Figure, beside: Rect, shading: &Shading, label: &str) {

@@ -78,7 +78,7 @@ impl Study {
     pub(super) fn new(context: &Context) -> anyhow::Result<Self> {
         let side = context.spend(80, 192);
         let (scene, change) = bunny(side, Light::All)?;
-        let image = render(&scene, context.spend(128, 1024), context.seed(), &context.progress("11 image"))?;
+        let image = render(&scene, context.spend(128, 1024), context.seed(), &context.progress("image"))?;
         let samples = context.spend(12, 128);
         let warped = apart(context, ("warped area", 0), side, samples, &|scene, change, seed, progress| {
             WarpedArea { samples, seed, ..WarpedArea::default() }.forward_terms(scene, change, progress)
@@ -111,7 +111,7 @@ fn apart(
         let seed = seed_of(context.seed(), &[11, stream, run]);
         let terms = |light: Light, what: &str| -> anyhow::Result<GradientImage> {
             let (scene, change) = bunny(side, light)?;
-            Ok(estimate(&scene, &change, seed, &context.progress(&format!("11 {name}, {what}")))?)
+            Ok(estimate(&scene, &change, seed, &context.progress(&format!("{name}, {what}")))?)
         };
         let all = terms(Light::All, "all light")?;
         let direct = terms(Light::Direct, "direct light")?;
@@ -134,7 +134,7 @@ fn differences(context: &Context, scene: &Scene, change: &Tangent, step: f64) ->
     let samples = context.spend(48, 1024);
     let runs = (0..RUNS).map(|run| {
         let method = FiniteDifference { samples, step, seed: seed_of(context.seed(), &[11, 2, run]) };
-        Ok(method.forward(scene, change, &context.progress("11 finite differences"))?.gradient.pixels)
+        Ok(method.forward(scene, change, &context.progress("finite differences"))?.gradient.pixels)
     });
     let parts = [runs.collect::<anyhow::Result<_>>()?, vec![], vec![], vec![], vec![]];
     Ok(Parts { samples: samples * RUNS as usize, seconds: start.elapsed().as_secs_f64(), parts })

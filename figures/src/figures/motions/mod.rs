@@ -1,11 +1,11 @@
-//! Figure 12: variance and bias of every method on rotating cylinders and foliage.
+//! Variance and bias of every method on rotating cylinders and foliage.
 
 mod picture;
 mod scene;
 mod study;
 
 use crate::context::Context;
-use crate::figures::common::listed;
+use crate::figures::common::{Priced, crossovers, listed, times};
 use crate::gallery::Section;
 use crate::output::Table;
 use crate::plot::number;
@@ -16,15 +16,24 @@ use study::{Entry, REFERENCE_RUNS, SURE, Study};
 
 /// Measures, draws and explains.
 pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
-    let side = context.spend(48, 128);
-    let [cylinders, foliage] =
-        [Setting::cylinders(side, context.seed())?, Setting::foliage(side, context.seed())?];
+    let (seed, sides) = (context.seed(), context.spend([48, 128], [128, 256]));
+    let cylinders = [Setting::cylinders(sides[0], seed)?, Setting::cylinders(sides[1], seed)?];
+    let foliage = [Setting::foliage(sides[0], seed)?, Setting::foliage(sides[1], seed)?];
     let studies = [Study::new(context, cylinders, 0)?, Study::new(context, foliage, 1)?];
     let prose = prose(&studies)?;
-    context.png("figure12_motions.png", &picture::draw(&studies))?;
+    context.png("motions.png", &picture::draw(&studies))?;
     let table = table(&studies);
-    let data = context.csv("figure12_motions.csv", &table)?;
-    prose.section("motions", vec![data], table)
+    let data = context.csv("motions.csv", &table)?;
+    let mut section = prose.section("motions", vec![data], table)?;
+    for (name, study) in ["cylinders", "foliage"].into_iter().zip(&studies) {
+        let methods: Vec<Priced> = study.entries.iter().map(Entry::priced).collect();
+        let unbiased = methods.iter().filter(|m| m.bias == 0.0);
+        let best = unbiased.min_by(|a, b| a.cost.total_cmp(&b.cost));
+        section.values.push((format!("{name}_times"), times(&methods)));
+        let crossovers = best.map_or_else(String::new, |best| crossovers(&methods, best));
+        section.values.push((format!("{name}_crossovers"), crossovers));
+    }
+    Ok(section)
 }
 
 /// The text on both scenes.
@@ -42,6 +51,7 @@ fn prose([cylinders, foliage]: &[Study; 2]) -> anyhow::Result<Prose> {
             ("foliage_best", &foliage_best),
             ("foliage_factors", &foliage_factors),
             ("reference_runs", &REFERENCE_RUNS),
+            ("side", &cylinders.setting.side()),
             ("noise_cylinders", &noise(cylinders)),
             ("noise_foliage", &noise(foliage)),
             ("sure", &SURE),

@@ -8,55 +8,47 @@ use crate::plot::*;
 use crate::space::picture::{gradient, luminance, on_film, radiance};
 
 /// Side of a picture on the page.
-const SIDE: f64 = 160.0;
-const GAP: f64 = 12.0;
-const COLUMNS: usize = 4;
-/// Room for the colour bar and for the plots.
+const SIDE: f64 = 384.0;
+const GAP: f64 = 14.0;
+/// Room for the colour bar.
 const BAR: f64 = 62.0;
-const PLOTS: f64 = 330.0;
+/// Height of the plots.
+const PLOTS: f64 = 250.0;
 /// Room for the names of methods beside a plot.
 const NAMES: f64 = 168.0;
 /// Part of the pixels whose magnitudes the colours cover.
 const COVERED: f64 = 0.985;
 
-/// All scenes, one below the other.
+/// Both scenes, one below the other: image and gradient image, and below them what the methods do.
 pub(super) fn draw(studies: &[Study]) -> Canvas {
-    let rows = |study: &Study| (2 + study.entries.len()).div_ceil(COLUMNS);
-    let heights = studies.iter().map(|study| rows(study) as f64 * (SIDE + PANEL_TITLE_ROOM + GAP));
-    let width = COLUMNS as f64 * (SIDE + GAP) + BAR + PLOTS;
+    let row = SIDE + PANEL_TITLE_ROOM + GAP + PLOTS + 2.0 * GAP;
+    let width = 2.0 * SIDE + GAP + BAR;
     let title = "Variance and bias: scenes that rotate, by every method";
-    let mut figure = Figure::new(width, heights.clone().sum::<f64>() + GAP, title);
-    let mut place = figure.body;
-    for (study, height) in studies.iter().zip(heights) {
-        place.height = height - GAP;
-        let pictures = Rect { width: COLUMNS as f64 * (SIDE + GAP) - GAP, ..place };
-        draw_pictures(&mut figure, study, &pictures.grid([rows(study), COLUMNS], [GAP; 2]));
-        let plots = Rect::new(place.right() - PLOTS, place.y, PLOTS, place.height);
-        let halves = plots.rows(&[1.0, 1.0], GAP);
+    let mut figure = Figure::new(width, studies.len() as f64 * row, title);
+    for (i, study) in studies.iter().enumerate() {
+        let place = Rect { y: figure.body.y + i as f64 * row, height: row - 2.0 * GAP, ..figure.body };
+        let (pictures, plots) = place.split_top(SIDE + PANEL_TITLE_ROOM + GAP);
+        draw_pictures(&mut figure, study, pictures);
+        let halves = plots.columns(&[1.0, 1.0], GAP);
         let space = figure.panel(halves[0], "bias: the missing part");
         missing(&mut figure.canvas, study, space);
         let space = figure.panel(halves[1], "cost: variance × processor time");
         costs(&mut figure.canvas, study, space);
-        place.y += height + GAP;
     }
     figure.canvas
 }
 
-/// The image, the reference and every method's error.
-fn draw_pictures(figure: &mut Figure, study: &Study, cells: &[Rect]) {
-    let shading = Shading::signed_covering(&luminance(&study.reference.gradient), COVERED);
-    let side = study.setting.side();
-    let space = figure.panel(cells[0], study.setting.name);
-    let film = figure.canvas.picture(&radiance(&study.image, side), space);
+/// The image and its gradient.
+fn draw_pictures(figure: &mut Figure, study: &Study, space: Rect) {
+    let shown = &study.shown;
+    let cell = |i: f64| Rect::new(space.x + i * (SIDE + GAP), space.y, SIDE, SIDE + PANEL_TITLE_ROOM);
+    let place = figure.panel(cell(0.0), study.setting.name);
+    let film = figure.canvas.picture(&radiance(&shown.image, shown.side), place);
     turn(&mut figure.canvas, study, film);
-    let errors = study.entries.iter().map(|entry| (format!("{}: error", entry.method.short), &entry.error));
-    let reference = ("∂_{θ}I, the reference".to_owned(), &study.reference.gradient);
-    for ((title, pixels), cell) in std::iter::once(reference).chain(errors).zip(&cells[1..]) {
-        let space = figure.panel(*cell, &title);
-        gradient(&mut figure.canvas, pixels, side, &shading, space);
-    }
-    let last = cells[COLUMNS - 1];
-    let bar = Rect::new(last.right() + 8.0, last.y + PANEL_TITLE_ROOM + 12.0, 9.0, SIDE - 16.0);
+    let place = figure.panel(cell(1.0), "∂_{θ}I, by edge sampling");
+    let shading = Shading::signed_covering(&luminance(&shown.gradient), COVERED);
+    gradient(&mut figure.canvas, &shown.gradient, shown.side, &shading, place);
+    let bar = Rect::new(cell(1.0).right() + 8.0, place.y + 12.0, 9.0, SIDE - 24.0);
     figure.canvas.color_bar(bar, &shading, "1/rad");
 }
 

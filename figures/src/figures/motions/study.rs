@@ -5,6 +5,7 @@ use volume3d::gradient::render;
 
 use super::scene::Setting;
 use crate::context::Context;
+use crate::figures::common::Priced;
 use crate::ratio::Ratio;
 use crate::seeds::seed_of;
 use crate::space::{Clock, Compared, METHODS, Method, Reference, Task};
@@ -18,9 +19,16 @@ const STEP: f64 = 0.08;
 /// One scene by every method.
 pub(super) struct Study {
     pub(super) setting: Setting,
-    pub(super) image: Vec<DVec3>,
+    pub(super) shown: Shown,
     pub(super) reference: Reference,
     pub(super) entries: Vec<Entry>,
+}
+
+/// Image and gradient image on a finer film, for readers.
+pub(super) struct Shown {
+    pub(super) side: usize,
+    pub(super) image: Vec<DVec3>,
+    pub(super) gradient: Vec<DVec3>,
 }
 
 /// One method on one scene.
@@ -31,8 +39,6 @@ pub(super) struct Entry {
     /// Seconds of one run.
     pub(super) seconds: f64,
     pub(super) compared: Compared,
-    /// Mean minus reference.
-    pub(super) error: Vec<DVec3>,
     pub(super) non_finite: usize,
 }
 
@@ -54,6 +60,13 @@ impl Entry {
         off(self.compared.true_slope) || off(self.quiet()) || bias2.value > SURE * bias2.error
     }
 
+    /// Its bias, where one is found, and its cost.
+    pub(super) fn priced(&self) -> Priced {
+        let slope = (self.quiet().value - 1.0).abs();
+        let bias = if self.is_biased() { slope.max(self.compared.bias2.value.max(0.0).sqrt()) } else { 0.0 };
+        Priced { name: self.method.name.to_owned(), bias, cost: self.cost() }
+    }
+
     /// Whether a bias of a tenth would go unnoticed.
     pub(super) fn is_vague(&self) -> bool {
         SURE * self.compared.true_slope.error.min(self.quiet().error) > 0.1
@@ -68,10 +81,11 @@ pub(super) const SURE: f64 = 4.0;
 const LEAST: f64 = 2.5e-3;
 
 impl Study {
-    pub(super) fn new(context: &Context, setting: Setting, index: u64) -> anyhow::Result<Self> {
+    /// Measures on a setting; what is shown is a finer one of the same scene.
+    pub(super) fn new(context: &Context, [setting, finer]: [Setting; 2], index: u64) -> anyhow::Result<Self> {
         let name = setting.name;
-        let progress = |what: &str| context.progress(&format!("12 {name}{what}"));
-        let image = render(&setting.scene, context.spend(64, 512), context.seed(), &progress(""))?;
+        let progress = |what: &str| context.progress(&format!("{name}{what}"));
+        let image = render(&finer.scene, context.spend(64, 512), context.seed(), &progress(""))?;
         let task = |samples: usize, words: &[u64]| Task {
             scene: &setting.scene,
             change: &setting.change,
@@ -84,6 +98,18 @@ impl Study {
         };
         let many = context.spend(64, 2048);
         let best = Method::of_key(REFERENCE).unwrap_or(&METHODS[0]);
+        let of_shown = Task {
+            scene: &finer.scene,
+            change: &finer.change,
+            samples: context.spend(48, 1024),
+            step: STEP * finer.pixel,
+            seed: seed_of(context.seed(), &[12, index, 98]),
+        };
+        let shown = Shown {
+            side: finer.side(),
+            image: image.image.pixels,
+            gradient: estimate(best, &of_shown)?.gradient.pixels,
+        };
         let reference = (0..REFERENCE_RUNS)
             .map(|run| Ok(estimate(best, &task(many, &[12, index, 99, run]))?.gradient.pixels))
             .collect::<anyhow::Result<Vec<_>>>()?;
@@ -101,9 +127,8 @@ impl Study {
             }
             let seconds = clock.seconds() / runs as f64;
             let compared = Compared::new(&gradients, &reference);
-            let error = compared.mean.iter().zip(&reference.gradient).map(|(a, b)| *a - *b).collect();
-            entries.push(Entry { method, samples, runs, seconds, compared, error, non_finite });
+            entries.push(Entry { method, samples, runs, seconds, compared, non_finite });
         }
-        Ok(Self { setting, image: image.image.pixels, reference, entries })
+        Ok(Self { setting, shown, reference, entries })
     }
 }

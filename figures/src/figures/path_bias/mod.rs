@@ -1,4 +1,4 @@
-//! Figure 10: bias and variance against N' and debiasing, for shadows and for two bounces.
+//! Bias and variance against N' and debiasing, for shadows and for two bounces.
 
 mod page;
 mod study;
@@ -17,17 +17,17 @@ use crate::prose::Prose;
 
 /// Measures, draws and explains.
 pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
-    context.step("10 exact derivatives");
+    context.step("exact derivatives");
     let [shadow, room] = [Setting::shadow()?, Setting::room()?];
     let study = |setting: Setting, index: u64| {
-        context.step(&format!("10 bias: {}", setting.name));
+        context.step(&format!("bias: {}", setting.name));
         Study::new(context, setting, index)
     };
     let studies = [study(shadow, 0)?, study(room, 1)?];
     let prose = prose(&studies)?;
-    context.png("figure10_path_bias.png", &page::draw(&studies))?;
+    context.png("path_bias.png", &page::draw(&studies))?;
     let table = table(&studies);
-    let data = context.csv("figure10_path_bias.csv", &table)?;
+    let data = context.csv("path_bias.csv", &table)?;
     prose.section("path-bias", vec![data], table)
 }
 

@@ -51,6 +51,16 @@ impl Distance {
     }
 }
 
+/// The descent of one method.
+pub(super) struct Path {
+    pub(super) racer: Racer,
+    /// The larger of both errors, in units of the success thresholds, before the first step and after each.
+    pub(super) errors: Vec<f64>,
+    pub(super) end: Distance,
+    /// The object at the end.
+    pub(super) picture: Vec<DVec3>,
+}
+
 impl Problem {
     /// Descends from a pose; returns the poses before the first step and after each.
     pub(super) fn descend(&self, from: &[f64], descent: &Descent) -> anyhow::Result<Vec<Vec<f64>>> {

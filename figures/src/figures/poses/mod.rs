@@ -1,7 +1,8 @@
-//! Figure 13: poses found by descending gradients, from several starts, by every method.
+//! Poses found by descending gradients, from several starts, by every method.
 
 mod drift;
 mod fit;
+mod live;
 mod picture;
 mod protocol;
 mod racer;
@@ -28,26 +29,30 @@ use study::Study;
 use summary::{Race, Rate};
 use views::View;
 
+pub(crate) use live::live;
+
+/// The text of the figure.
+pub(crate) const TEXT: &str = include_str!("poses.md");
+
 /// Measures, draws and explains.
 pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let study = Study::new(context)?;
     let results = Results::new(&study)?;
-    context.step("13 pictures");
-    let (side, samples) = context.spend((24, 16), (64, 64));
+    context.step("pictures");
+    let (side, samples) = context.study((24, 4), (48, 64), (64, 64));
     let views = Stage::ALL.map(|stage| View::new(&study, stage, side, samples));
     let views = views.into_iter().collect::<anyhow::Result<Vec<_>>>()?;
-    let is_draft = context.spend(true, false);
-    let prose = results.prose(&study, is_draft)?;
-    context.png("figure13_views.png", &picture::views(&views))?;
-    context.png("figure13_poses.png", &picture::rates(&study, &results.races))?;
-    context.png("figure13_curves.png", &picture::curves(&study, &results.races)?)?;
-    context.png("figure13_drift.png", &picture::drifts(&results.unreachable, &results.truth))?;
+    let prose = results.prose(&study)?;
+    context.png("poses_views.png", &picture::views(&views))?;
+    context.png("poses.png", &picture::rates(&study, &results.races))?;
+    context.png("poses_curves.png", &picture::curves(&study, &results.races)?)?;
+    context.png("poses_drift.png", &picture::drifts(&results.unreachable, &results.truth))?;
     let table = results.table();
     let data = [
-        context.csv("figure13_poses.csv", &table)?,
-        context.csv("figure13_drift.csv", &results.drifts())?,
-        context.csv("figure13_descents.csv", &descents(&study))?,
-        context.csv("figure13_time.csv", &results.times())?,
+        context.csv("poses.csv", &table)?,
+        context.csv("poses_drift.csv", &results.drifts())?,
+        context.csv("poses_descents.csv", &descents(&study))?,
+        context.csv("poses_time.csv", &results.times())?,
     ];
     study.finish()?;
     prose.section("poses", data.to_vec(), table)
@@ -77,13 +82,10 @@ impl<'a> Results<'a> {
         })
     }
 
-    fn prose(&self, study: &Study, is_draft: bool) -> anyhow::Result<Prose> {
-        let draft = "**This is the draft**: a few steps from one or two starts, which show that everything works and \
-                     nothing else. None of its numbers means anything. ";
+    fn prose(&self, study: &Study) -> anyhow::Result<Prose> {
         Prose::new(
-            include_str!("poses.md"),
+            TEXT,
             &[
-                ("draft", &if is_draft { draft } else { "" }),
                 ("side", &SIDE),
                 ("samples", &SAMPLES),
                 ("steps", &study.effort.steps),

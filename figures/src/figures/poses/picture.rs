@@ -1,6 +1,7 @@
 //! Pictures of the targets, success rates, convergence, and the rest points of biased gradients.
 
 use super::drift::{Drift, Offset};
+use super::fit::Path;
 use super::protocol::SAMPLES;
 use super::racer::Racer;
 use super::stage::Stage;
@@ -45,6 +46,37 @@ pub(super) fn views(views: &[View]) -> Canvas {
             }
         }
     }
+    figure.canvas
+}
+
+/// Target and start, the ends of some descents, and their errors along the way.
+pub(super) fn live(ends: &[Vec<glam::DVec3>; 2], paths: &[Path], side: usize) -> Canvas {
+    const SIDE: f64 = 128.0;
+    let count = (2 + paths.len()) as f64;
+    let mut figure = Figure::new(count * (SIDE + GAP), SIDE + 20.0 + 200.0, "");
+    let (cells, plot) = figure.body.split_top(SIDE + 34.0);
+    let named = ends.iter().zip(["target", "start"]).map(|(pixels, name)| (pixels, name, Color::INK, None));
+    let found = |path: &Path| path.end.relative() <= 1.0;
+    let named =
+        named.chain(paths.iter().map(|p| (&p.picture, p.racer.name(), p.racer.color(), Some(found(p)))));
+    for (i, (pixels, name, color, is_found)) in named.enumerate() {
+        let at = glam::DVec2::new(cells.x + i as f64 * (SIDE + GAP), cells.y);
+        let style = TextStyle::new(10.5, color.mix(Color::INK, 0.25)).anchored(Align::Left, Height::Top);
+        figure.canvas.text(name, at, &style);
+        let place = Rect::new(at.x, at.y + 16.0, SIDE, SIDE);
+        let place = figure.canvas.picture(&radiance(pixels, side), place);
+        if let Some(is_found) = is_found {
+            let color = if is_found { Palette::GREEN } else { Palette::VERMILION };
+            figure.canvas.frame(place, &Pen::new(color, 2.0));
+        }
+    }
+    let mut axes = Axes::new(Axis::linear("step"), Axis::log("error, 1 = found")).legend(Legend::Outside);
+    axes.horizontal(1.0, &Style::new(Color::MUTED).width(1.0).dashed());
+    for path in paths {
+        let points = path.errors.iter().enumerate().map(|(i, error)| [i as f64, *error]);
+        axes.line(points, &Style::new(path.racer.color()).labelled(path.racer.name()));
+    }
+    axes.draw(&mut figure.canvas, plot);
     figure.canvas
 }
 

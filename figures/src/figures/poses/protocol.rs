@@ -50,9 +50,15 @@ pub(super) struct Effort {
 impl Effort {
     pub(super) const FULL: Self =
         Self { steps: 96, stride: 8, starts: [85, 24, 24, 12, 12, 12], seeds: 12, target: 1024 };
+    pub(super) const SHORT: Self = Self { starts: [8, 8, 6, 4, 4, 4], seeds: 4, ..Self::FULL };
     /// Just enough to show that everything runs.
-    pub(super) const DRAFT: Self =
-        Self { steps: 6, stride: 1, starts: [2, 1, 1, 1, 1, 1], seeds: 2, target: 64 };
+    pub(super) const SKETCH: Self =
+        Self { steps: 1, stride: 1, starts: [2, 1, 1, 1, 1, 1], seeds: 2, target: 4 };
+
+    /// What a descent depends on: those of a shorter study are part of a longer one.
+    pub(super) fn of_descents(&self) -> String {
+        format!("{} steps, errors of every {}, targets of {} samples", self.steps, self.stride, self.target)
+    }
 }
 
 /// Start of the stream of starts: none of them was seen while the protocol was designed.
@@ -88,7 +94,7 @@ fn in_ball(dice: &mut Stream) -> DVec3 {
 /// Processor time was measured once, on one thread of a quiet machine, with six steps from three starts of
 /// another seed. A method whose step takes within a fifth of that keeps [`SAMPLES`], and its descents are
 /// those at equal steps; another has the whole number nearest in ratio. Beside each scene stands what a step
-/// takes in units of warped area's. What it was in a run, figure13_time.csv tells.
+/// takes in units of warped area's. What it was in a run, poses_time.csv tells.
 #[rustfmt::skip]
 const EQUAL_TIME: [[usize; 7]; 6] = [
     [6, 6, 6, 6, 4, 25, 4], // cylinders: 1, 1.00, 1.00, 0.98, 1.03, 1.01, 1.03

@@ -52,19 +52,20 @@ impl Experiment {
 impl Study {
     /// Makes every missing descent.
     pub(super) fn new(context: &Context) -> anyhow::Result<Self> {
-        let (effort, seed) = (context.spend(Effort::DRAFT, Effort::FULL), context.seed());
-        let run = format!("seed {seed}, {SIDE} pixels, {SAMPLES} and {IMAGE_SAMPLES} samples, {effort:?}");
-        let path = context.path("figure13_poses.unfinished.csv");
+        let (effort, seed) = (context.study(Effort::SKETCH, Effort::SHORT, Effort::FULL), context.seed());
+        let each_one = effort.of_descents();
+        let run = format!("seed {seed}, {SIDE} pixels, {SAMPLES} and {IMAGE_SAMPLES} samples, {each_one}");
+        let path = context.path("poses.unfinished.csv");
         let records = Records::open(path, &run)?;
         let jobs: Vec<Job> = jobs(&effort).into_iter().filter(|job| !records.holds(&job.row(&run))).collect();
-        context.step("13 targets");
+        context.step("targets");
         let problems = Problems::new(&effort, seed)?;
         let records = Mutex::new(records);
         let descend = |job: &Job| -> anyhow::Result<()> {
             let row = problems.descend(job, &effort, seed, &run)?;
             records.lock().unwrap_or_else(PoisonError::into_inner).add(row)
         };
-        each(&jobs, &descend, &|done| context.step(&format!("13 descents: {done} of {}", jobs.len())))?;
+        each(&jobs, &descend, &|done| context.step(&format!("descents: {done} of {}", jobs.len())))?;
         let mut records = records.into_inner().unwrap_or_else(PoisonError::into_inner);
         records.write()?;
         Ok(Self { effort, seed, rows: records.rows.clone(), records })
@@ -171,21 +172,28 @@ pub(super) struct Problems {
     unreachable: Vec<Problem>,
 }
 
+/// A problem with a target that can be reached, or not.
+pub(super) fn problem(
+    stage: Stage,
+    is_reachable: bool,
+    effort: &Effort,
+    seed: u64,
+) -> anyhow::Result<Problem> {
+    let scene = stage.scene(SIDE, seed)?;
+    let parameters = Stage::parameters(&scene)?;
+    let seed_of_target = seed_of(seed, &[13, 200, stage as u64, u64::from(is_reachable)]);
+    let seen = if is_reachable { stage.scene(SIDE, seed)? } else { stage.unreachable(SIDE, seed)? };
+    let samples = if is_reachable { effort.target } else { NOISY_SAMPLES };
+    let target = render(&seen, samples, seed_of_target, &Progress::none())?.image;
+    Ok(Problem { stage, scene, parameters, target })
+}
+
 impl Problems {
     pub(super) fn new(effort: &Effort, seed: u64) -> anyhow::Result<Self> {
-        let problem = |stage: Stage, is_reachable: bool| -> anyhow::Result<Problem> {
-            let scene = stage.scene(SIDE, seed)?;
-            let parameters = Stage::parameters(&scene)?;
-            let seed_of_target = seed_of(seed, &[13, 200, stage as u64, u64::from(is_reachable)]);
-            let seen = if is_reachable { stage.scene(SIDE, seed)? } else { stage.unreachable(SIDE, seed)? };
-            let samples = if is_reachable { effort.target } else { NOISY_SAMPLES };
-            let target = render(&seen, samples, seed_of_target, &Progress::none())?.image;
-            Ok(Problem { stage, scene, parameters, target })
+        let all = |stages: &[Stage], is_reachable| -> anyhow::Result<Vec<Problem>> {
+            stages.iter().map(|&stage| problem(stage, is_reachable, effort, seed)).collect()
         };
-        let reachable = Stage::ALL.map(|stage| problem(stage, true)).into_iter().collect::<Result<_, _>>()?;
-        let unreachable =
-            Stage::UNREACHABLE.map(|stage| problem(stage, false)).into_iter().collect::<Result<_, _>>()?;
-        Ok(Self { reachable, unreachable })
+        Ok(Self { reachable: all(&Stage::ALL, true)?, unreachable: all(&Stage::UNREACHABLE, false)? })
     }
 
     fn descend(&self, job: &Job, effort: &Effort, seed: u64, run: &str) -> anyhow::Result<Row> {

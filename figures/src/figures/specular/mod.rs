@@ -1,4 +1,4 @@
-//! Figure 8: a near-specular lobe: edge sampling and warped area on an object seen by reflection.
+//! A near-specular lobe: edge sampling and warped area on an object seen by reflection.
 
 mod picture;
 mod scene;
@@ -15,20 +15,19 @@ use crate::prose::Prose;
 
 /// Measures, draws and explains.
 pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
-    context.step("8 the lobe narrows");
+    context.step("the lobe narrows");
     let widths = study::against_width(context)?;
-    context.step("8 the object has more vertices");
+    context.step("the object has more vertices");
     let vertices = study::against_vertices(context)?;
     let results = Results { widths, vertices };
     let prose = results.prose()?;
     let Results { widths, vertices } = &results;
     let canvas = picture::variance(widths, vertices)?;
-    context.png("figure8_specular.png", &canvas)?;
+    context.png("specular.png", &canvas)?;
     let canvas = picture::time(widths, vertices);
-    context.png("figure8_time.png", &canvas)?;
+    context.png("specular_time.png", &canvas)?;
     let table = results.table();
-    let data =
-        [context.csv("figure8_specular.csv", &table)?, context.csv("figure8_time.csv", &results.times())?];
+    let data = [context.csv("specular.csv", &table)?, context.csv("specular_time.csv", &results.times())?];
     prose.section("specular", data.to_vec(), table)
 }
 

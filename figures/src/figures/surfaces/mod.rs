@@ -1,10 +1,10 @@
-//! Figure 16: implicit surfaces from rendered views, without masks, and the effect of their topology.
+//! Implicit surfaces from rendered views, without masks, and the effect of their topology.
 
 mod picture;
 
 use volume3d::optimize::Loss;
 
-use crate::context::Context;
+use crate::context::{Context, Quality};
 use crate::figures::common::{listed, percent};
 use crate::gallery::Section;
 use crate::output::Table;
@@ -32,23 +32,8 @@ fn is_usual(fit: &Reconstruction, effort: &Effort) -> bool {
     (fit.views, fit.light) == (effort.views, Light::Even)
 }
 
-/// Effort of a fit.
-fn effort(context: &Context) -> Effort {
-    let draft = Effort {
-        side: 24,
-        views: 6,
-        batch: 2,
-        cells: 8,
-        phases: vec![12, 8, 4],
-        pixels: None,
-        finish: None,
-        samples: 2,
-        shown: 16,
-        points: 1000,
-        meshed: 32,
-        every: 8,
-        loss: Loss::Multiscale { levels: LEVELS },
-    };
+/// Effort of a fit: whole, live, or just enough to show that everything runs.
+fn effort(quality: Quality) -> Effort {
     let full = Effort {
         side: 128,
         views: USUAL,
@@ -64,45 +49,108 @@ fn effort(context: &Context) -> Effort {
         every: 10,
         loss: Loss::Multiscale { levels: LEVELS },
     };
-    context.spend(draft, full)
+    let live = Effort {
+        side: 40,
+        views: 8,
+        cells: 10,
+        phases: vec![40, 30],
+        samples: 2,
+        shown: 32,
+        points: 4000,
+        meshed: 40,
+        every: 5,
+        ..full.clone()
+    };
+    match quality {
+        Quality::Full => full,
+        Quality::Short => {
+            Effort { side: 48, views: 12, cells: 12, phases: vec![40; 3], points: 10_000, meshed: 64, ..full }
+        }
+        Quality::Draft => live,
+        Quality::Sketch => Effort {
+            side: 12,
+            views: 2,
+            cells: 4,
+            phases: vec![1; 3],
+            shown: 4,
+            points: 200,
+            meshed: 16,
+            ..live
+        },
+    }
+}
+
+/// The text of the figure.
+pub(crate) const TEXT: &str = include_str!("surfaces.md");
+
+/// Fits the bunny alone, on a coarse grid.
+pub(crate) fn live(context: &Context) -> anyhow::Result<Section> {
+    let effort = effort(Quality::Draft);
+    let fit = Reconstruction::new(context, &effort, &setup(Subject::Bunny, effort.views, Light::Even, 1))?;
+    let prose = Prose::new(
+        include_str!("live.md"),
+        &[
+            ("steps", &effort.steps()),
+            ("views", &effort.views),
+            ("side", &effort.side),
+            ("cells", &effort.cells),
+            ("finer", &(2 * effort.cells)),
+            ("start", &percent(fit.moments[0].chamfer)),
+            ("end", &percent(fit.chamfer())),
+        ],
+    )?;
+    let page = picture::Page { title: "", side: effort.side, cells: &cells(&effort) };
+    context.png("surfaces_live.png", &picture::draw(&page, &[&fit], &[]))?;
+    prose.section("surfaces", vec![], Table::default())
+}
+
+fn setup(subject: Subject, views: usize, light: Light, number: u64) -> Setup {
+    Setup {
+        figure: 16,
+        name: format!("{}, {}", subject.name(), case(views, light)),
+        subject,
+        light,
+        number,
+        made: Made::Grid,
+        rate: RATE,
+        supervision: Supervision::WarpedArea,
+    }
+}
+
+/// Cells along each side after every phase.
+fn cells(effort: &Effort) -> Vec<usize> {
+    (0..effort.phases.len()).map(|phase| effort.cells << phase).collect()
 }
 
 /// Measures, draws and explains.
 pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
-    let (effort, seeds) = (effort(context), context.spend(1, 3));
+    let (effort, seeds) = (effort(context.quality()), context.study(1, 1, 3));
     let mut cases = vec![(effort.views, Light::Even), (effort.views, Light::Sun)];
     cases.extend(context.spend(vec![], OTHERS.map(|views| (views, Light::Even)).to_vec()));
     let mut fits = vec![];
     for (views, light) in cases {
         let effort = Effort { views, ..effort.clone() };
-        for subject in Subject::ALL {
+        let is_brief = light == Light::Sun && context.quality() == Quality::Short;
+        for subject in Subject::ALL.into_iter().filter(|subject| !is_brief || *subject == Subject::Bunny) {
             for number in 1..=seeds {
-                let setup = Setup {
-                    figure: 16,
-                    name: format!("{}, {}", subject.name(), case(views, light)),
-                    subject,
-                    light,
-                    number,
-                    made: Made::Grid,
-                    rate: RATE,
-                    supervision: Supervision::WarpedArea,
-                };
+                let setup = setup(subject, views, light, number);
                 fits.push(Reconstruction::new(context, &effort, &setup)?);
             }
         }
     }
     let prose = prose(context, &fits)?;
-    let cells = [1, 2, 4].map(|finer| finer * effort.cells);
     let usual: Vec<_> = fits.iter().filter(|fit| is_usual(fit, &effort)).collect();
     let sunny: Vec<_> = fits.iter().filter(|fit| fit.light == Light::Sun).collect();
-    context.png("figure16_surfaces.png", &picture::draw(&usual, &sunny, effort.side, cells))?;
+    let title = "Surfaces from their views: from a ball to a bunny, a trefoil knot, and two chairs";
+    let page = picture::Page { title, side: effort.side, cells: &cells(&effort) };
+    context.png("surfaces.png", &picture::draw(&page, &usual, &sunny))?;
     let table = summary(&fits);
     let mut data = vec![
-        context.csv("figure16_fits.csv", &table)?,
-        context.csv("figure16_distances.csv", &distances(&fits))?,
+        context.csv("surfaces_fits.csv", &table)?,
+        context.csv("surfaces_distances.csv", &distances(&fits))?,
     ];
     for fit in usual.into_iter().filter(|fit| fit.number == 1) {
-        data.push(context.obj(&format!("figure16_{}.obj", fit.subject.name()), &fit.mesh)?);
+        data.push(context.obj(&format!("surfaces_{}.obj", fit.subject.name()), &fit.mesh)?);
     }
     prose.section("surfaces", data, table)
 }
@@ -117,14 +165,14 @@ fn by_subject<'a>(
     fits: impl Iterator<Item = &'a Reconstruction> + Clone,
     of: impl Fn(&Reconstruction) -> String,
 ) -> String {
-    listed(Subject::ALL.into_iter().map(|subject| {
-        let of_subject = fits.clone().filter(|fit| fit.subject == subject);
-        format!("{}: {}", subject.name(), of_subject.map(&of).collect::<Vec<_>>().join(", "))
+    listed(Subject::ALL.into_iter().filter_map(|subject| {
+        let of_subject: Vec<_> = fits.clone().filter(|fit| fit.subject == subject).map(&of).collect();
+        (!of_subject.is_empty()).then(|| format!("{}: {}", subject.name(), of_subject.join(", ")))
     }))
 }
 
 fn prose(context: &Context, fits: &[Reconstruction]) -> anyhow::Result<Prose> {
-    let effort = effort(context);
+    let effort = effort(context.quality());
     let usual = || fits.iter().filter(|fit| is_usual(fit, &effort));
     let all = |of: &dyn Fn(&Reconstruction) -> String| by_subject(usual(), of);
     let others = listed(
@@ -142,15 +190,9 @@ fn prose(context: &Context, fits: &[Reconstruction]) -> anyhow::Result<Prose> {
     let distances_met = usual().all(|fit| fit.chamfer() < GOAL.0);
     let decibels_met = usual().all(|fit| fit.worst_decibels() > GOAL.1);
     let seconds = fits.iter().map(|fit| fit.seconds).sum::<f64>() / fits.len() as f64;
-    let quality = context.spend(
-        "This is the draft: small films, few views, few steps and coarse grids, so that everything takes seconds. Its distances say \
-         nothing of what the method can do; `--quality full` does.",
-        "",
-    );
     Prose::new(
-        include_str!("surfaces.md"),
+        TEXT,
         &[
-            ("quality", &quality),
             ("views", &effort.views),
             ("side", &effort.side),
             ("batch", &effort.batch),

@@ -19,22 +19,29 @@ const LIMIT: f64 = 0.25;
 
 const COLORS: [Color; 4] = [Palette::BLUE, Palette::VERMILION, Palette::GREEN, Palette::PURPLE];
 
+/// What all rows share.
+pub(super) struct Page<'a> {
+    pub(super) title: &'a str,
+    /// The side of the film in pixels.
+    pub(super) side: usize,
+    /// Cells along each side of the grid after every phase.
+    pub(super) cells: &'a [usize],
+}
+
 /// A row for the first fit of each subject and one for the first in the sun, and below the curves of those
 /// that are not.
-pub(super) fn draw(
-    fits: &[&Reconstruction],
-    sunny: &[&Reconstruction],
-    side: usize,
-    cells: [usize; 3],
-) -> Canvas {
+pub(super) fn draw(page: &Page<'_>, fits: &[&Reconstruction], sunny: &[&Reconstruction]) -> Canvas {
     let row = PANEL_TITLE_ROOM + SIDE + GAP;
-    let width = 6.0 * (SIDE + GAP) + BAR;
-    let height = HEADS + (Subject::ALL.len() + 1) as f64 * row + PLOTS;
-    let title = "Surfaces from their views: from a ball to a bunny, a trefoil knot, and two chairs";
-    let mut figure = Figure::new(width, height, title);
+    let columns = 3 + page.cells.len();
+    let of = |subject: Subject| fits.iter().any(|fit| fit.subject == subject);
+    let rows = Subject::ALL.into_iter().filter(|subject| of(*subject)).count() + sunny.len().min(1);
+    let width = columns as f64 * (SIDE + GAP) + BAR;
+    let height = HEADS + rows as f64 * row + PLOTS;
+    let mut figure = Figure::new(width, height, page.title);
     let (heads, rest) = figure.body.split_top(HEADS);
-    let after = cells.map(|n| format!("after {n}³ cells"));
-    let names = ["target, held out", "start", &after[0], &after[1], &after[2], "last − target"];
+    let after = page.cells.iter().map(|n| format!("after {n}³ cells"));
+    let names = ["target, held out", "start"].into_iter().map(str::to_owned).chain(after);
+    let names: Vec<String> = names.chain(["last − target".to_owned()]).collect();
     let style = TextStyle::new(10.5, Color::MUTED).anchored(Align::Left, Height::Top);
     let place_of = |i: usize, y: f64| Rect::new(rest.x + i as f64 * (SIDE + GAP), y, SIDE, SIDE);
     for (i, name) in names.iter().enumerate() {
@@ -52,11 +59,11 @@ pub(super) fn draw(
         let space = figure.panel(Rect { height: row - GAP, ..place }, &title);
         let seen = std::iter::once(&first.target).chain(&first.stages);
         for (i, pixels) in seen.enumerate() {
-            figure.canvas.picture(&radiance(pixels, side), place_of(i, space.y));
+            figure.canvas.picture(&radiance(pixels, page.side), place_of(i, space.y));
         }
         if let Some(last) = first.stages.last() {
             let difference: Vec<_> = last.iter().zip(&first.target).map(|(a, b)| *a - *b).collect();
-            gradient(&mut figure.canvas, &difference, side, &shading, place_of(5, space.y));
+            gradient(&mut figure.canvas, &difference, page.side, &shading, place_of(columns - 1, space.y));
         }
         place = place.inset(0.0, row, 0.0, 0.0);
     }

@@ -1,4 +1,4 @@
-//! Figure 15: pose, material, texture and light of one scene, found together.
+//! Pose, material, texture and light of one scene, found together.
 
 mod picture;
 mod scene;
@@ -11,23 +11,41 @@ use crate::output::Table;
 use crate::plot::number;
 use crate::prose::Prose;
 use picture::LIKELY;
-use study::Study;
+use study::{Effort, Study};
+
+/// The text of the figure.
+pub(crate) const TEXT: &str = include_str!("together.md");
+
+/// One fit, of smaller pictures.
+pub(crate) fn live(context: &Context) -> anyhow::Result<Section> {
+    let study = Study::new(context, Effort::LIVE)?;
+    let found = study.groups.iter().map(|group| {
+        let [start, end, _] = group.distances().map(number);
+        format!("`{}` from {start} to {end}", group.name)
+    });
+    let prose = Prose::new(
+        include_str!("live.md"),
+        &[("steps", &study.effort.steps), ("side", &study.effort.side), ("found", &listed(found))],
+    )?;
+    context.png("together_live.png", &picture::live(&study))?;
+    prose.section("together", vec![], Table::default())
+}
 
 /// Measures, draws and explains.
 pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
-    let study = Study::new(context)?;
-    let prose = prose(context, &study)?;
-    context.png("figure15_together.png", &picture::draw(&study))?;
+    let study = Study::new(context, context.study(Effort::SKETCH, Effort::SHORT, Effort::FULL))?;
+    let prose = prose(&study)?;
+    context.png("together.png", &picture::draw(&study))?;
     let table = summary(&study);
     let data = vec![
-        context.csv("figure15_parameters.csv", &table)?,
-        context.csv("figure15_numbers.csv", &numbers(&study))?,
-        context.csv("figure15_losses.csv", &losses(&study))?,
+        context.csv("together_parameters.csv", &table)?,
+        context.csv("together_numbers.csv", &numbers(&study))?,
+        context.csv("together_losses.csv", &losses(&study))?,
     ];
     prose.section("together", data, table)
 }
 
-fn prose(context: &Context, study: &Study) -> anyhow::Result<Prose> {
+fn prose(study: &Study) -> anyhow::Result<Prose> {
     let effort = study.effort;
     let scores: Vec<f64> = study.scores().collect();
     let within = scores.iter().filter(|s| s.abs() < LIKELY).count();
@@ -38,16 +56,10 @@ fn prose(context: &Context, study: &Study) -> anyhow::Result<Prose> {
     });
     let first: f64 = study.losses.first().copied().unwrap_or_default();
     let last = study.losses.iter().rev().take(10).sum::<f64>() / study.losses.len().clamp(1, 10) as f64;
-    let draft = context.spend(
-        "This is the draft: too few pixels, steps and fits to say anything but that all of it works; `--quality full` \
-         says more. ",
-        "",
-    );
     let [of_target, of_image, of_gradient] = effort.samples;
     Prose::new(
-        include_str!("together.md"),
+        TEXT,
         &[
-            ("draft", &draft),
             ("count", &scores.len()),
             ("side", &effort.side),
             ("steps", &effort.steps),

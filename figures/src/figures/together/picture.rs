@@ -18,9 +18,28 @@ const LIMIT: f64 = 0.05;
 /// distribution.
 pub(super) const LIKELY: f64 = 1.96;
 
+/// Views, floors, and the scores of all numbers.
 pub(super) fn draw(study: &Study) -> Canvas {
-    let height = HEADS + 2.0 * (SIDE + GAP) + GUTTER + 250.0;
     let title = "Pose, paint, lamp and floor from two pictures";
+    let (mut figure, rest) = fitted(study, title, "the floor: truth, start, mean of all fits");
+    let space = figure.panel(rest, "mean less truth, in standard errors of the mean");
+    scores(&mut figure, study, space);
+    figure.canvas
+}
+
+/// Views and floors of one fit, and its loss.
+pub(super) fn live(study: &Study) -> Canvas {
+    let (mut figure, rest) = fitted(study, "", "the floor: truth, start, fit");
+    let mut axes = Axes::new(Axis::linear("step"), Axis::log("loss")).legend(Legend::None);
+    let points = (1..).zip(&study.losses).map(|(step, loss)| [f64::from(step), *loss]);
+    axes.line(points, &Style::new(Palette::BLUE));
+    figure.plot(rest, "loss of both pictures", &axes);
+    figure.canvas
+}
+
+/// Targets, starts and fits with the floors below them; the rest of the page is free.
+fn fitted(study: &Study, title: &str, of_floors: &str) -> (Figure, Rect) {
+    let height = HEADS + 2.0 * (SIDE + GAP) + GUTTER + 250.0;
     let mut figure = Figure::new(4.0 * SIDE + 3.0 * GAP, height, title);
     let (heads, rest) = figure.body.split_top(HEADS);
     let column = |i: usize| heads.x + i as f64 * (SIDE + GAP);
@@ -40,14 +59,18 @@ pub(super) fn draw(study: &Study) -> Canvas {
     let below = rest.inset(0.0, 2.0 * (SIDE + GAP) + GUTTER, 0.0, 0.0);
     figure.canvas.part(Rect { height: below.y - figure.body.y - GUTTER, ..figure.body });
     let parts = below.columns(&[1.0, 1.25], GUTTER);
-    let space = figure.panel(parts[0], "the floor: truth, start, mean of all fits");
+    let space = figure.panel(parts[0], of_floors);
     for (i, texels) in study.textures.iter().enumerate() {
         let side = (space.width - 2.0 * GAP) / 3.0;
         let pixels: Vec<_> = texels.chunks_exact(3).map(glam::DVec3::from_slice).collect();
         let place = Rect::new(space.x + i as f64 * (side + GAP), space.y, side, side);
         figure.canvas.picture(&radiance(&pixels, TEXELS), place);
     }
-    let space = figure.panel(parts[1], "mean less truth, in standard errors of the mean");
+    (figure, parts[1])
+}
+
+/// Every number's distance from the truth.
+fn scores(figure: &mut Figure, study: &Study, space: Rect) {
     let names = study.groups.iter().map(|group| (group.name.to_owned(), Palette::BLUE)).collect();
     let widest = study.scores().fold(3.0, |a: f64, s| a.max(s.abs())).min(20.0);
     let mut rows = Rows::new(Axis::linear("standard errors").limits(-1.05 * widest, 1.05 * widest), names);
@@ -60,5 +83,4 @@ pub(super) fn draw(study: &Study) -> Canvas {
         }
     }
     rows.draw(&mut figure.canvas, space, NAMES, 6.0);
-    figure.canvas
 }

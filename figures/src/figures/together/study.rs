@@ -29,9 +29,12 @@ pub(super) struct Effort {
 }
 
 impl Effort {
-    const FULL: Self = Self { side: 28, steps: 400, fits: 12, samples: [256, 16, 8] };
+    pub(super) const FULL: Self = Self { side: 28, steps: 400, fits: 12, samples: [256, 16, 8] };
+    pub(super) const SHORT: Self = Self { steps: 300, fits: 6, ..Self::FULL };
+    /// One fit while one waits.
+    pub(super) const LIVE: Self = Self { side: 24, steps: 160, fits: 1, samples: [256, 8, 4] };
     /// Just enough to show that everything runs.
-    const DRAFT: Self = Self { side: 20, steps: 120, fits: 3, samples: [64, 8, 4] };
+    pub(super) const SKETCH: Self = Self { side: 8, steps: 2, fits: 2, samples: [8, 2, 2] };
 }
 
 /// Results of all fits.
@@ -108,8 +111,7 @@ impl Found {
 }
 
 impl Study {
-    pub(super) fn new(context: &Context) -> anyhow::Result<Self> {
-        let effort = context.spend(Effort::DRAFT, Effort::FULL);
+    pub(super) fn new(context: &Context, effort: Effort) -> anyhow::Result<Self> {
         let scene = truth(effort.side)?;
         let parameters = Parameters::new(&scene, &NAMES)?;
         let exact = parameters.values(&scene);
@@ -117,7 +119,7 @@ impl Study {
         let clock = Clock::start();
         for run in 0..effort.fits {
             let seed = seed_of(context.seed(), &[15, run]);
-            let what = format!("15 fit {} of {}", run + 1, effort.fits);
+            let what = format!("fit {} of {}", run + 1, effort.fits);
             let mut fit = fit(effort, seed)?;
             let mut scene = truth(effort.side)?;
             fit.apply(&mut scene)?;

@@ -12,6 +12,7 @@ use super::regression::{Bias, regress_exactly};
 use super::stratified::Kernel;
 use super::target::{Ask, KAPPA, Spread, Target};
 use crate::context::Context;
+use crate::figures::common::Priced;
 use crate::plot::{Color, Palette, Style};
 use crate::seeds::seed_of;
 
@@ -45,6 +46,12 @@ impl Contender {
     /// Variance × time of a sample: the time that a given precision takes.
     pub(super) fn cost(&self) -> f64 {
         self.spread.variance * self.seconds
+    }
+
+    /// Its bias, unless theory says that there is none, and its cost.
+    pub(super) fn priced(&self) -> Priced {
+        let bias = if self.unbiased { 0.0 } else { self.bias.squared.max(0.0).sqrt() };
+        Priced { name: self.name.clone(), bias, cost: self.cost() }
     }
 
     /// The relative RMS error after `time` seconds a pixel.

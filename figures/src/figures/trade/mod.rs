@@ -1,4 +1,4 @@
-//! Figure 5: bias, variance and time: the bias of a fixed number of auxiliary rays, the cost of removing it,
+//! Bias, variance and time: the bias of a fixed number of auxiliary rays, the cost of removing it,
 //! and the best method at equal time.
 
 pub(super) mod bias;
@@ -15,7 +15,7 @@ use self::front::{Contender, EDGES, JUMPS, MULTILEVEL, REACH, front};
 use self::regression::Bias;
 use self::target::{KAPPA, Target, VERTICES};
 use crate::context::Context;
-use crate::figures::common::{listed, percent};
+use crate::figures::common::{crossovers, listed, percent, times};
 use crate::gallery::Section;
 use crate::output::{Cell, Table};
 use crate::plot::number;
@@ -26,26 +26,34 @@ use crate::ratio::Ratio;
 pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let image = Target::image()?;
 
-    context.step("5 bias against N′");
+    context.step("bias against N′");
     let rays = bias::against_rays(context, &image);
 
-    context.step("5 bias against κ");
+    context.step("bias against κ");
     let kappa = bias::against_kappa(context, &image);
 
-    context.step("5 bias and variance against γ");
+    context.step("bias and variance against γ");
     let gamma = bias::against_gamma(context, &image)?;
-    context.png("figure5_bias.png", &page::bias_page(&image, &rays, &kappa, &gamma))?;
+    context.png("trade_bias.png", &page::bias_page(&image, &rays, &kappa, &gamma))?;
 
-    context.step("5 debiasing schemes");
+    context.step("debiasing schemes");
     let schemes = debias::schemes(context, &image)?;
 
-    context.step("5 error at equal time");
+    context.step("error at equal time");
     let forward = front::contenders(context, &image)?;
     let reverse = front::contenders(context, &Target::vertices()?)?;
-    context.png("figure5_trade.png", &page::trade_page(&schemes, &forward, &reverse))?;
+    context.png("trade.png", &page::trade_page(&schemes, &forward, &reverse))?;
     let results = Results { rays, kappa, gamma, schemes, forward, reverse };
     let data = results.write(context)?;
-    results.prose()?.section("trade", data, results.methods())
+    let mut section = results.prose()?.section("trade", data, results.methods())?;
+    let priced = |all: &[Contender]| all.iter().map(Contender::priced).collect::<Vec<_>>();
+    let (forward, reverse) = (priced(&results.forward), priced(&results.reverse));
+    section.values.push(("times".to_owned(), times(&forward)));
+    section.values.push(("times_reverse".to_owned(), times(&reverse)));
+    if let Some(multilevel) = forward.iter().find(|method| method.name == MULTILEVEL) {
+        section.values.push(("crossovers".to_owned(), crossovers(&forward, multilevel)));
+    }
+    Ok(section)
 }
 
 /// All measurements.
@@ -133,9 +141,9 @@ impl Results {
     /// Writes all data and returns the names of the files.
     fn write(&self, context: &Context) -> anyhow::Result<Vec<String>> {
         Ok(vec![
-            context.csv("figure5_bias.csv", &self.biases())?,
-            context.csv("figure5_debiasing.csv", &self.debiasing())?,
-            context.csv("figure5_methods.csv", &self.methods())?,
+            context.csv("trade_bias.csv", &self.biases())?,
+            context.csv("trade_debiasing.csv", &self.debiasing())?,
+            context.csv("trade_methods.csv", &self.methods())?,
         ])
     }
 

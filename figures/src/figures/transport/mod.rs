@@ -1,4 +1,4 @@
-//! Figure 7: flat transport: one path with its auxiliary rays, the image of a shadow, and its derivative
+//! Flat transport: one path with its auxiliary rays, the image of a shadow, and its derivative
 //! by every method.
 
 mod curves;
@@ -31,9 +31,9 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let setting = Setting::new()?;
     let path = DrawnPath::new(&setting, context.seed())?;
     let study = Study::new(context, &setting)?;
-    context.step("7 flat transport: drawing");
-    context.png("figure7_transport.png", &world_page(&setting, &path, &study))?;
-    context.png("figure7_methods.png", &methods_page(&study))?;
+    context.step("drawing");
+    context.png("transport.png", &world_page(&setting, &path, &study))?;
+    context.png("transport_methods.png", &methods_page(&study))?;
     let results = Results { study: &study, path: &path, vertices: setting.world.vertex_count() };
     let data = results.write(context)?;
     results.prose()?.section("transport", data, results.table())
@@ -192,11 +192,11 @@ impl Results<'_> {
     /// Writes all data and returns the names of the files.
     fn write(&self, context: &Context) -> anyhow::Result<Vec<String>> {
         Ok(vec![
-            context.csv("figure7_derivative.csv", &self.derivatives())?,
-            context.csv("figure7_image.csv", &self.images())?,
-            context.csv("figure7_two_bounces.csv", &self.twice())?,
-            context.csv("figure7_auxiliary_rays.csv", &self.rays())?,
-            context.csv("figure7_methods.csv", &self.table())?,
+            context.csv("transport_derivative.csv", &self.derivatives())?,
+            context.csv("transport_image.csv", &self.images())?,
+            context.csv("transport_two_bounces.csv", &self.twice())?,
+            context.csv("transport_auxiliary_rays.csv", &self.rays())?,
+            context.csv("transport_methods.csv", &self.table())?,
         ])
     }
 

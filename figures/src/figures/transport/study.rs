@@ -77,11 +77,11 @@ pub(super) struct Study {
 impl Study {
     pub(super) fn new(context: &Context, setting: &Setting) -> anyhow::Result<Self> {
         let (world, camera) = (&setting.world, &setting.camera);
-        context.step("7 flat transport: the image");
+        context.step("the image");
         let samples = context.spend(2000, 100_000);
         let image = |bounces| paths(bounces).image(world, camera, samples, context.seed());
         let images = [image(1)?, image(2)?];
-        context.step("7 flat transport: the exact derivative");
+        context.step("the exact derivative");
         let exact = Exact::default();
         let exact_image = exact.image(world, camera)?.pixels;
         let terms = exact.gradient(world, camera, &setting.change)?.pixels;
@@ -98,10 +98,10 @@ impl Study {
         let bench = Bench { setting, rays: context.spend(4_000_000, 400_000_000), seed: context.seed() };
         let mut entries = vec![];
         for (index, (looks, method)) in methods(1).into_iter().enumerate() {
-            context.step(&format!("7 flat transport: {}", looks.name));
+            context.step(looks.name);
             entries.push(bench.run(looks, index as u64, method.as_ref(), &total)?);
         }
-        context.step("7 flat transport: two bounces");
+        context.step("two bounces");
         let mut all = methods(2).into_iter();
         let mut next = |name: &str, index| {
             let found = all.find(|(looks, _)| looks.name == name);

@@ -50,31 +50,41 @@ pub(super) struct Effort {
 }
 
 impl Effort {
-    pub(super) fn new(context: &Context) -> Self {
-        let draft = Self {
-            side: 40,
-            views: 8,
-            batch: 1,
-            phases: &[24, 16],
-            samples: [4, 2],
-            shown: 32,
-            points: 1000,
-            every: 8,
-            coarse: true,
-        };
-        let full = Self {
-            side: 128,
-            views: 16,
-            batch: 2,
-            phases: &[100, 120],
-            samples: [16, 4],
-            shown: 128,
-            points: 10_000,
-            every: 10,
-            coarse: false,
-        };
-        context.spend(draft, full)
-    }
+    pub(super) const FULL: Self = Self {
+        side: 128,
+        views: 16,
+        batch: 2,
+        phases: &[100, 120],
+        samples: [16, 4],
+        shown: 128,
+        points: 10_000,
+        every: 10,
+        coarse: false,
+    };
+    pub(super) const SHORT: Self = Self {
+        side: 48,
+        views: 10,
+        phases: &[60, 60],
+        samples: [8, 4],
+        shown: 64,
+        points: 4000,
+        ..Self::FULL
+    };
+    /// A fit while one waits.
+    pub(super) const LIVE: Self = Self {
+        side: 48,
+        views: 8,
+        batch: 1,
+        phases: &[60, 50],
+        samples: [8, 2],
+        shown: 32,
+        points: 2000,
+        every: 5,
+        coarse: true,
+    };
+    /// Just enough to show that everything runs.
+    pub(super) const SKETCH: Self =
+        Self { side: 12, views: 4, phases: &[1, 1], shown: 4, points: 200, every: 4, ..Self::LIVE };
 
     pub(super) fn steps(&self) -> usize {
         self.phases.iter().sum()
@@ -173,8 +183,13 @@ fn mean_error(a: &[Image], b: &[Image]) -> f64 {
 
 impl Fit {
     /// Fits one subject in one light.
-    pub(super) fn new(context: &Context, subject: Subject, light: Light) -> anyhow::Result<Self> {
-        let (effort, wall) = (Effort::new(context), Instant::now());
+    pub(super) fn new(
+        context: &Context,
+        effort: Effort,
+        subject: Subject,
+        light: Light,
+    ) -> anyhow::Result<Self> {
+        let wall = Instant::now();
         let seed =
             |words: &[u64]| seed_of(context.seed(), &[&[13, subject as u64, light as u64], words].concat());
         let (target, start) = (subject.target()?, subject.start(effort.coarse)?);
@@ -211,7 +226,7 @@ impl Fit {
                 let finer = subdivided(&scene.description().shapes[shape].mesh)?;
                 scene.set_meshes([(shape, finer)])?;
             }
-            let what = format!("14 {}, {}", subject.name(), light.name());
+            let what = format!("{}, {}", subject.name(), light.name());
             run.descend(&mut scene, shape, steps, &what, &mut moment)?;
         }
         let fits = look(&chosen, &mut scene, effort.shown, seed(&[LOOKS, 4]))?;

@@ -1,4 +1,4 @@
-//! Figure 14: meshes from rendered views, by descent along unbiased gradients.
+//! Meshes from rendered views, by descent along unbiased gradients.
 
 mod fit;
 mod picture;
@@ -15,36 +15,57 @@ use fit::{Effort, Fit, LAMBDA, LEVELS, RATES};
 use scene::Light;
 use shapes::Subject;
 
+/// The text of the figure.
+pub(crate) const TEXT: &str = include_str!("views.md");
+
+const TITLE: &str = "Meshes from their views: a sphere becomes a bunny, a torus a ring";
+
+/// Fits one shape in one light, in small pictures.
+pub(crate) fn live(context: &Context) -> anyhow::Result<Section> {
+    let fit = Fit::new(context, Effort::LIVE, Subject::Bunny, Light::ALL[0])?;
+    let prose = Prose::new(
+        include_str!("live.md"),
+        &[
+            ("steps", &fit.effort.steps()),
+            ("views", &fit.effort.views),
+            ("side", &fit.effort.side),
+            ("start", &percent(fit.moments[0].chamfer)),
+            ("end", &percent(fit.chamfer())),
+        ],
+    )?;
+    context.png("views_live.png", &picture::draw(&[fit], ""))?;
+    prose.section("views", vec![], Table::default())
+}
+
 /// Measures, draws and explains.
 pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
-    let mut fits = vec![];
+    let (effort, mut fits) = (context.study(Effort::SKETCH, Effort::SHORT, Effort::FULL), vec![]);
     for subject in Subject::ALL {
         for light in Light::ALL {
-            fits.push(Fit::new(context, subject, light)?);
+            fits.push(Fit::new(context, effort, subject, light)?);
         }
     }
-    let prose = prose(context, &fits)?;
-    context.png("figure14_views.png", &picture::draw(&fits))?;
-    context.animation("figure14_views_animated.png", &picture::frames(&fits), 150)?;
+    let prose = prose(effort, &fits)?;
+    context.png("views.png", &picture::draw(&fits, TITLE))?;
+    context.animation("views_animated.png", &picture::frames(&fits), 150)?;
     let table = summary(&fits);
     let mut data = vec![
-        context.csv("figure14_fits.csv", &table)?,
-        context.csv("figure14_losses.csv", &losses(&fits))?,
-        context.csv("figure14_distances.csv", &distances(&fits))?,
+        context.csv("views_fits.csv", &table)?,
+        context.csv("views_losses.csv", &losses(&fits))?,
+        context.csv("views_distances.csv", &distances(&fits))?,
     ];
     for fit in &fits {
         let light = fit.light.name().replace(' ', "_");
-        data.push(context.obj(&format!("figure14_{}_{light}.obj", fit.subject.name()), &fit.mesh)?);
+        data.push(context.obj(&format!("views_{}_{light}.obj", fit.subject.name()), &fit.mesh)?);
     }
     for subject in Subject::ALL {
-        data.push(context.obj(&format!("figure14_{}_target.obj", subject.name()), &subject.target()?)?);
+        data.push(context.obj(&format!("views_{}_target.obj", subject.name()), &subject.target()?)?);
     }
     prose.section("views", data, table)
 }
 
 /// The text on the fits.
-fn prose(context: &Context, fits: &[Fit]) -> anyhow::Result<Prose> {
-    let effort = Effort::new(context);
+fn prose(effort: Effort, fits: &[Fit]) -> anyhow::Result<Prose> {
     let distance =
         |fit: &Fit| format!("{} {}: {}", fit.subject.name(), fit.light.name(), percent(fit.chamfer()));
     let held_out = |i: usize| number(fits.iter().map(|fit| fit.held_out[i]).sum::<f64>() / fits.len() as f64);
@@ -60,15 +81,9 @@ fn prose(context: &Context, fits: &[Fit]) -> anyhow::Result<Prose> {
     let slowest = fits.iter().map(|fit| fit.seconds.total()).fold(0.0, f64::max);
     let goal =
         if worst < GOAL[0] && 0.5 * slowest < 60.0 * GOAL[1] { "All reach it." } else { "Not all reach it." };
-    let quality = context.spend(
-        "This is the draft: small films, few views, few steps on coarse meshes, so that everything takes seconds. Its \
-         distances say nothing of what the method can do; `--quality full` does.",
-        "",
-    );
     Prose::new(
-        include_str!("views.md"),
+        TEXT,
         &[
-            ("quality", &quality),
             ("views", &effort.views),
             ("side", &effort.side),
             ("batch", &effort.batch),

@@ -21,12 +21,11 @@ const LIMIT: f64 = 0.25;
 const COLORS: [Color; 4] = [Palette::BLUE, Palette::SKY, Palette::VERMILION, Palette::ORANGE];
 
 /// A row for each fit, and below the curves of all.
-pub(super) fn draw(fits: &[Fit]) -> Canvas {
+pub(super) fn draw(fits: &[Fit], title: &str) -> Canvas {
     let row = PANEL_TITLE_ROOM + SIDE + GAP;
     let width = 7.0 * SIDE + 6.0 * GAP + 2.0 * GAP + BAR;
     let height = HEADS + fits.len() as f64 * row + PLOTS;
-    let mut figure =
-        Figure::new(width, height, "Meshes from their views: a sphere becomes a bunny, a torus a ring");
+    let mut figure = Figure::new(width, height, title);
     let (heads, rest) = figure.body.split_top(HEADS);
     let names = ["target", "start", "fit", "fit − target", "target, held out", "fit", "fit − target"];
     let style = TextStyle::new(10.5, Color::MUTED).anchored(Align::Left, Height::Top);
