@@ -8,8 +8,8 @@
 //! > dA dl (v − V)·ν = (ω × e)·(ẋ_B − ẋ − t V)/|n·ω| dω ds,
 //!
 //! with ẋ the velocity of x at fixed directions of the path before it, or at directions that V moves, dA a
-//! patch of the surface at x, and dω its solid angle at x_B. Sample a point of an edge and a direction through
-//! it, and trace to x.
+//! patch of the surface at x, and dω its solid angle at x_B. Sample a point of an edge and a direction
+//! through it, and trace to x.
 
 use glam::DVec3;
 

@@ -1,7 +1,7 @@
 //! Curves where a two-sided surface turns its other side to an earlier vertex of a path (Theory 9).
 //!
-//! As on the film (see [`film_sign_changes`](super::film_sign_changes)), the radiance from a point x of a surface
-//! towards a point y is discontinuous at G = n_s(x)·d = 0, with n_s the interpolated normal and d the
+//! As on the film (see [`film_sign_changes`](super::film_sign_changes)), the radiance from a point x of a
+//! surface towards a point y is discontinuous at G = n_s(x)·d = 0, with n_s the interpolated normal and d the
 //! direction from x to y. Over all points y the boundary term is
 //!
 //! > ∫∫ f ΔL (−Ġ) |n_x·d| dφ dA_x,

@@ -1,9 +1,9 @@
 //! Silhouettes and borders of emitters as seen from path vertices after at least one bounce, with paths
 //! traced from the emitter.
 //!
-//! The terms are those of [`outlines`](super::outlines) with V = 0 (Theory 9). With paths from the camera x slides
-//! with 1/cos of the angle at which the previous vertex sees it, and the mean square of that diverges near
-//! contact; backward paths meet such points less often, in proportion to that cosine.
+//! The terms are those of [`outlines`](super::outlines) with V = 0 (Theory 9). With paths from the camera x
+//! slides with 1/cos of the angle at which the previous vertex sees it, and the mean square of that diverges
+//! near contact; backward paths meet such points less often, in proportion to that cosine.
 //!
 //! Opposite sides of an emitter contribute with opposite signs, which almost cancel far from it. If its
 //! outline is symmetric about its centre, x is therefore also lit from the point y′ opposite the edge point

@@ -251,7 +251,7 @@ impl<'a, V: WarpField> ShadowEdges<'a, V> {
             Passing::From(contact) => {
                 let emits =
                     |hit: Hit| paths.scene.description.shapes[shape(&hit) as usize].radiance.is_some();
-                // If an emitter's own edge coincides with this one, the whole discontinuity is assigned to it.
+                // If an emitter's own edge coincides with this one, it has the whole discontinuity.
                 if view.sides.other.and_then(|side| hits[side]).is_some_and(emits) {
                     return;
                 }
