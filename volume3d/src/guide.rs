@@ -3,6 +3,8 @@
 //! | page | contents |
 //! |---|---|
 //! | [`start`] | a scene around a mesh, a rendering, a verified gradient, a pose fitted to a picture |
+//! | [`mesh`] | a mesh from pictures, by all its vertices |
+//! | [`texture`] | a texture from pictures, and colours of vertices |
 //! | [`methods`] | choice of method and settings |
 //! | [`bias`] | unbiased, biased and refused cases; heavy tails |
 //! | [`surfaces`] | surface reconstruction from pictures, as a distance grid or a neural network |
@@ -12,6 +14,16 @@
 
 #[doc = include_str!("../guide/start.md")]
 pub mod start {}
+
+// Pages show their pictures where the folder of the guide is not beside them: the first definition of a link
+// counts.
+#[doc = concat!("[picture]: data:image/png;base64,", include_str!("../guide/pictures/mesh.png.b64"))]
+#[doc = include_str!("../guide/mesh.md")]
+pub mod mesh {}
+
+#[doc = concat!("[picture]: data:image/png;base64,", include_str!("../guide/pictures/texture.png.b64"))]
+#[doc = include_str!("../guide/texture.md")]
+pub mod texture {}
 
 #[doc = include_str!("../guide/methods.md")]
 pub mod methods {}

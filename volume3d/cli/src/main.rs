@@ -5,6 +5,7 @@ mod check;
 mod comparison;
 mod contact;
 mod extent;
+mod file_kind;
 mod fit;
 mod gradient;
 mod info;
@@ -14,6 +15,7 @@ mod mesh_faults;
 mod method;
 mod missing;
 mod movement;
+mod new;
 mod one_sided;
 mod output;
 mod parameter;
@@ -24,6 +26,7 @@ mod sdf;
 mod session;
 mod signals;
 mod spp;
+mod stage;
 mod summary;
 mod tune;
 
@@ -47,6 +50,7 @@ struct Options {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    New(new::Options),
     Render(render::Options),
     Gradient(gradient::Options),
     Check(check::Options),
@@ -59,6 +63,7 @@ enum Command {
 
 const EXAMPLES: &str = "\
 Examples:
+  volume3d new bunny.obj
   volume3d info scene.xml
   volume3d lint scene.xml
   volume3d render scene.xml -o image.exr --png image.png --spp 256
@@ -75,6 +80,7 @@ what it was before, or complete.";
 
 fn main() -> ExitCode {
     let done = match Options::parse().command {
+        Command::New(options) => new::run(&options),
         Command::Render(options) => render::run(&options),
         Command::Gradient(options) => gradient::run(&options),
         Command::Check(options) => check::run(&options),

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use anyhow::{Context as _, anyhow, bail};
+use anyhow::{anyhow, bail};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use volume3d::Image;
@@ -15,6 +15,7 @@ use volume3d::gradient::{NonFinite, Progress};
 use volume3d::io::{Note, ReadOptions, read_bytes, read_scene_with, write_png};
 use volume3d::scene::{Scene, TraceCounts};
 
+use super::file_kind::read_scene_file;
 use super::{memory, signals};
 
 /// Samples that were not finite and are named; of the others only the number is told.
@@ -112,8 +113,7 @@ impl Loaded {
     }
 
     fn read_with(path: &Path, options: &ReadOptions) -> anyhow::Result<Self> {
-        let bytes = read_bytes(path).with_context(|| format!("cannot read {}", path.display()));
-        let bytes = bytes.map_err(|e| anyhow!("{e:#}"))?;
+        let bytes = read_scene_file(path)?;
         let files = RefCell::new(vec![path.to_path_buf()]);
         let open = |file: &Path| {
             check_file(file)?;
@@ -341,32 +341,31 @@ impl Stages {
     }
 }
 
-/// A warning if more than a thousandth of samples lost a ray at an implicit surface, or if one may have passed through.
+/// One line of warning if more than a thousandth of samples lost a ray at an implicit surface, one may have
+/// passed through, or one met it where its slope biases gradients.
 pub(super) fn lost(traces: TraceCounts, samples: usize) -> String {
-    let mut text = String::new();
     let TraceCounts { out_of_steps, too_steep, too_flat } = traces;
+    let mut found = vec![];
     if out_of_steps as f64 > 1e-3 * samples as f64 {
-        let _ = writeln!(
-            text,
-            "WARNING: {out_of_steps} rays at implicit surfaces ran out of steps, for {samples} samples, and count as \
-             misses; image and gradient are biased near silhouettes. Is φ far below the distance?"
-        );
+        found.push(format!(
+            "{out_of_steps} rays, for {samples} samples, ran out of steps and count as misses, which biases silhouettes (is φ far \
+             below the distance?)"
+        ));
     }
     if too_steep > 0 {
-        let _ = writeln!(
-            text,
-            "WARNING: {too_steep} rays met an implicit surface's φ with a slope above its bound, and may have passed \
-             through; state a larger bound, or make it a distance"
-        );
+        found.push(format!(
+            "{too_steep} met φ with a slope above its bound and may have passed through (state a larger bound, or make φ a distance)"
+        ));
     }
     if too_flat > 0 {
-        let _ = writeln!(
-            text,
-            "WARNING: {too_flat} rays hit an implicit surface where φ has a slope below 0.7; its gradients are biased \
-             there: make φ a distance, in the units of the scene"
-        );
+        found.push(format!(
+            "{too_flat} hit it where φ has a slope below 0.7, which biases gradients (make φ a distance, in the units of the scene)"
+        ));
     }
-    text
+    if found.is_empty() {
+        return String::new();
+    }
+    format!("WARNING: of the rays at implicit surfaces {}\n", found.join("; "))
 }
 
 /// The same with a picture of where, beside an output: white is where most rays were lost.

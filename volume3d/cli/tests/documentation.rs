@@ -49,7 +49,8 @@ fn documents() -> Vec<(String, String)> {
     let guide = root().join("volume3d/guide");
     let names =
         std::fs::read_dir(guide).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
-    let mut names: Vec<String> = names.map(|name| format!("volume3d/guide/{name}")).collect();
+    let pages = names.filter(|name| name.ends_with(".md"));
+    let mut names: Vec<String> = pages.map(|name| format!("volume3d/guide/{name}")).collect();
     names.sort();
     names.splice(0..0, ["README.md", "figures/README.md"].map(str::to_owned));
     names.into_iter().map(|name| (name.clone(), read(&name))).collect()
@@ -84,22 +85,97 @@ fn place() -> TempDir {
     let fit = read("volume3d/scenes/fit.toml").replace("steps = 80\n", STEPS);
     assert!(fit.contains(STEPS), "the fit has another number of steps by now");
     std::fs::write(scenes.join("fit.toml"), fit).unwrap();
+    let scene = std::fs::read_to_string(place.path().join("scene.xml")).unwrap();
+    let write = |name: &str, text: &str| std::fs::write(place.path().join(name), text).unwrap();
+    let short = |fit: &str, steps: &str| {
+        let fit = fit.replace(steps, STEPS).replace("size = \"64\"", &format!("size = \"{SIZE}\""));
+        assert!(fit.contains(STEPS), "the guide's fit has another number of steps by now");
+        fit
+    };
     // A surface in the place of the bunny, and a fit of three steps with all that the guide's has.
     let guide = read("volume3d/guide/surfaces.md");
-    let scene = std::fs::read_to_string(place.path().join("scene.xml")).unwrap();
-    let (before, rest) = scene.split_once("<shape type=\"obj\" id=\"bunny\">").unwrap();
-    let after = rest.split_once("</shape>").unwrap().1;
     for (name, surface) in ["start.xml", "network.xml"].into_iter().zip(blocks(&guide, "xml")) {
-        std::fs::write(place.path().join(name), format!("{before}{surface}{after}")).unwrap();
+        write(name, &with_shape(&scene, "bunny", surface));
     }
     let fits = blocks(&guide, "toml");
-    let fit = fits[0].replace("steps = 240\n", STEPS).replace("refine = [80, 160]", "refine = [1, 2]");
-    assert!(fit.contains(STEPS) && fit.contains("[1, 2]"), "the guide's fit has other steps by now");
+    let fit = short(fits[0], "steps = 240\n").replace("refine = [80, 160]", "refine = [1, 2]");
+    assert!(fit.contains("[1, 2]"), "the guide's fit is refined at other steps by now");
     let (shared, _) = fit.split_once("[[parameter]]").unwrap();
-    let network = shared.replace("start.xml", "network.xml") + &fits[1].replace("[120]", "[2]");
-    std::fs::write(place.path().join("surface.toml"), &fit).unwrap();
-    std::fs::write(place.path().join("network.toml"), network).unwrap();
+    write("surface.toml", &fit);
+    write("network.toml", &(shared.replace("start.xml", "network.xml") + &fits[1].replace("[120]", "[2]")));
+    // A ball, and its vertices.
+    let guide = read("volume3d/guide/mesh.md");
+    write("ico.obj", blocks(&guide, "obj")[0]);
+    write("ball.xml", &with_shape(&scene, "bunny", blocks(&guide, "xml")[0]));
+    write("mesh.toml", &short(blocks(&guide, "toml")[0], "steps = 100\n"));
+    // Textures, and colours of vertices.
+    let guide = read("volume3d/guide/texture.md");
+    let (scenes, fit) = (blocks(&guide, "xml"), short(blocks(&guide, "toml")[0], "steps = 60\n"));
+    write("texture.xml", &with_shape(&scene, "ground", scenes[0]));
+    write("grey.xml", scenes[1]);
+    write("texture.toml", &fit);
+    let (before, rest) = scene.split_once("<bsdf type=\"twosided\" id=\"clay\">").unwrap();
+    let bare = format!("{before}{}", rest.split_once("</bsdf>\n    </bsdf>").unwrap().1);
+    write("coloured.xml", &with_shape(&bare, "bunny", scenes[2]));
+    write("coloured.ply", &coloured());
+    let of_colours = fit.replace("floor.texture", "clay.texture").replace(", floor = \"floor.png\"", "");
+    write("coloured.toml", &of_colours.replace("texture.xml", "coloured.xml"));
     place
+}
+
+/// A scene with something else in the place of a shape.
+fn with_shape(scene: &str, id: &str, instead: &str) -> String {
+    let at = scene.find(&format!("id=\"{id}\"")).unwrap();
+    let begin = scene[..at].rfind("<shape").unwrap();
+    let end = at + scene[at..].find("</shape>").unwrap() + "</shape>".len();
+    format!("{}{instead}{}", &scene[..begin], &scene[end..])
+}
+
+/// The mesh of these tests as PLY, with grey vertices, at the size of the guide's scene.
+fn coloured() -> String {
+    let lines = |letter: &str| {
+        BUNNY.lines().filter_map(|l| l.strip_prefix(letter).map(str::trim).map(str::to_owned)).collect()
+    };
+    let (vertices, faces): (Vec<String>, Vec<String>) = (lines("v"), lines("f"));
+    let numbers = |line: &str| line.split(' ').map(|x| x.parse().unwrap()).collect::<Vec<f64>>();
+    let mut text = format!(
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\n\
+         property uchar green\nproperty uchar blue\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
+        vertices.len(),
+        faces.len()
+    );
+    for line in &vertices {
+        let p = numbers(line);
+        text += &format!("{} {} {} 128 128 128\n", 0.2 * p[0], 0.2 * p[1], 0.2 * p[2]);
+    }
+    for line in &faces {
+        let f = numbers(line);
+        text += &format!("3 {} {} {}\n", f[0] - 1.0, f[1] - 1.0, f[2] - 1.0);
+    }
+    text
+}
+
+/// What the guide says of a mesh without texture coordinates: the colours of its vertices are a texture that
+/// can be fitted.
+#[test]
+fn colours_of_vertices_are_fitted() {
+    let place = place();
+    assert_eq!(fault(place.path(), "volume3d fit coloured.toml -o coloured"), None);
+    let table = std::fs::read_to_string(place.path().join("coloured/parameters.csv")).unwrap();
+    assert!(table.contains("clay.texture"), "{table}");
+}
+
+/// The configuration with all keys runs beside a scene of this kind.
+#[test]
+fn the_example_of_a_fit_runs() {
+    let place = place();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_volume3d"));
+    let output = command.args(["fit", "--example"]).output().unwrap();
+    let example = String::from_utf8(output.stdout).unwrap();
+    let fit = example.replace("steps = 40\n", STEPS).replace("size = \"48\"", &format!("size = \"{SIZE}\""));
+    assert!(fit.contains(STEPS) && output.status.success(), "{example}");
+    std::fs::write(place.path().join("example.toml"), fit).unwrap();
+    assert_eq!(fault(place.path(), "volume3d fit example.toml -o example"), None);
 }
 
 /// What the guide says in words of a network: its fit runs, too.
@@ -120,12 +196,19 @@ fn fault(place: &Path, line: &str) -> Option<String> {
     let more = match arguments.split_once(' ') {
         Some(("tune", _)) => STUDY,
         Some(("check", _)) => CHECK,
+        // Several pages begin with it.
+        Some(("new", _)) => " --force",
         _ => "",
     };
     let mut command = Command::new(env!("CARGO_BIN_EXE_volume3d"));
     let output =
         command.current_dir(place).args(format!("{arguments}{more}").split_whitespace()).output().unwrap();
     let said = String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned();
+    // A new fit takes a minute; a few steps show that it runs.
+    let fit = place.join("bunny/fit.toml");
+    if let (true, Ok(text)) = (arguments.starts_with("new "), std::fs::read_to_string(&fit)) {
+        std::fs::write(&fit, text.replace("steps = 60\n", STEPS)).unwrap();
+    }
     (output.status.code() != Some(0)).then(|| format!("{line}: {}: {said}", output.status))
 }
 
@@ -186,7 +269,9 @@ fn installation_comes_first() {
         let lines: Vec<&str> = blocks(&text, "sh").into_iter().flat_map(str::lines).collect();
         let first = |prefix: &str| lines.iter().position(|line| line.starts_with(prefix));
         // Pages that go on from the first.
-        let goes_on = ["methods.md", "size.md", "surfaces.md"].iter().any(|page| document.ends_with(page));
+        let goes_on = ["methods.md", "size.md", "surfaces.md", "mesh.md", "texture.md"]
+            .iter()
+            .any(|page| document.ends_with(page));
         if let (Some(call), false) = (first(PROGRAM), goes_on) {
             assert!(first(INSTALL).is_some_and(|install| install < call), "{document}");
         }

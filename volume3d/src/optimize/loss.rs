@@ -36,7 +36,17 @@ pub enum Loss {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LossError {
-    /// The number of pixels of an image does not match its size, or the sizes differ.
+    /// An image whose number of pixels is not that of its size, or an empty one.
+    #[error("the {what} is stated to have {} x {} pixels, but holds {pixels}", size.0, size.1)]
+    Pixels {
+        /// "image" or "target".
+        what: &'static str,
+        /// Columns and rows.
+        size: (usize, usize),
+        /// Its pixels.
+        pixels: usize,
+    },
+    /// The sizes differ.
     #[error("an image of {} x {} pixels cannot be compared with a target of {} x {}", image.0, image.1, target.0, target.1)]
     Size {
         /// Columns and rows of the image.
@@ -68,8 +78,12 @@ impl Loss {
     /// # Errors
     /// A [`LossError`] if sizes differ, a pixel is not finite, or ε is not positive.
     pub fn of(self, image: &Image, target: &Image) -> Result<(f64, Image), LossError> {
-        let complete = |i: &Image| i.pixels.len() == i.width * i.height && !i.pixels.is_empty();
-        if image.size() != target.size() || !complete(image) || !complete(target) {
+        for (what, i) in [("image", image), ("target", target)] {
+            if i.pixels.len() != i.width * i.height || i.pixels.is_empty() {
+                return Err(LossError::Pixels { what, size: i.size(), pixels: i.pixels.len() });
+            }
+        }
+        if image.size() != target.size() {
             return Err(LossError::Size { image: image.size(), target: target.size() });
         }
         for (what, image) in [("image", image), ("target", target)] {

@@ -62,7 +62,7 @@ pub use loss::{Loss, LossError};
 pub use mask_loss::{MaskEvaluation, MaskLoss, MaskLossError};
 pub use name::{Lack, NameParts, ParameterError};
 pub use objective::{Evaluation, MaskTerm, Objective, ObjectiveError, Penalty, Reverse, View};
-pub use parameters::{Group, Parameters};
+pub use parameters::{Group, Parameters, Placed};
 pub use quantity::{Member, Quantity, TextureUse};
 pub use regularizer::Regularizer;
 pub use schedule::Schedule;

@@ -10,12 +10,12 @@ use crate::scene::{Object, Scene, closest_first, listed};
 #[non_exhaustive]
 pub enum ParameterError {
     /// The name is not an object, a dot and a kind of parameter.
-    #[error("`{name}` names no parameter; the nearest form is {nearest}, and all are: {}", FORMS.join(", "))]
+    #[error("`{name}` names no parameter{}; forms are: {}", nearest_words(.name, *.nearest), FORMS.join(", "))]
     Form {
         /// The name.
         name: String,
-        /// The most similar form.
-        nearest: &'static str,
+        /// The most similar form, or that of a word with the same meaning, if there is one.
+        nearest: Option<&'static str>,
     },
     /// No object of the scene has this name.
     #[error("`{name}`: nothing is called `{what}`{}{}", meant(.near), having(.kind, .known))]
@@ -153,7 +153,11 @@ fn meant(near: &Option<Box<[String; 2]>>) -> String {
 }
 
 fn having(kind: &str, known: &[String]) -> String {
-    if known.is_empty() {
+    if known.is_empty() && kind == "texture" {
+        "; nothing in this scene has a texture: where <texture type=\"bitmap\" name=\"reflectance\"> stands in the place of a \
+         material's colour, its texels are a parameter, and the mesh needs texture coordinates"
+            .to_owned()
+    } else if known.is_empty() {
         format!("; nothing in this scene has a parameter `{kind}`")
     } else {
         format!("; closest first, objects with a parameter `{kind}`: {}", listed(known))
@@ -200,6 +204,49 @@ const FORMS: [&str; 22] = [
     "WHAT.PARAMETER.COMPONENT, such as SHAPE.translation.x or SHAPE.radiance.r",
 ];
 
+/// Words for kinds of parameters in other programs.
+const SYNONYMS: [(&[&str], &str); 9] = [
+    (
+        &[
+            "position",
+            "location",
+            "offset",
+            "origin",
+            "translate",
+            "shift",
+            "move",
+            "pos",
+            "center",
+            "centre",
+        ],
+        "translation",
+    ),
+    (&["rotate", "orientation", "angle", "angles", "turn", "euler", "quaternion", "rot"], "rotation"),
+    (&["size", "scaling"], "scale"),
+    (&["vertices", "vertex", "points", "positions", "verts"], "vertex_positions"),
+    (&["color", "colour", "albedo", "diffuse", "base_color", "reflectivity", "kd"], "reflectance"),
+    (&["alpha", "shininess"], "roughness"),
+    (&["emission", "brightness", "power", "emissive", "light"], "radiance"),
+    (&["grid", "distance", "distances", "surface", "weights"], "sdf"),
+    (&["field_of_view", "focal_length", "angle_of_view"], "fov"),
+];
+
+/// What the name may have been meant for, with its own object.
+fn nearest_words(name: &str, nearest: Option<&'static str>) -> String {
+    let (what, kind) = split_last(name);
+    match nearest {
+        Some(form) if what.is_empty() || form.contains(' ') => format!("; the nearest form is {form}"),
+        Some(form) => format!("; did you mean `{what}.{}`?", split_last(form).1),
+        None if what.is_empty() && !kind.is_empty() => {
+            format!("; it is an object, a dot and a kind, such as `{kind}.translation` and `{kind}.rotation`")
+        }
+        None if kind.eq_ignore_ascii_case("pose") => {
+            format!("; a pose is two parameters, `{what}.translation` and `{what}.rotation`")
+        }
+        _ => String::new(),
+    }
+}
+
 const COMPONENTS: [&str; 6] = ["x", "y", "z", "r", "g", "b"];
 
 /// A parsed parameter name.
@@ -239,14 +286,16 @@ impl Quantity {
             if COMPONENTS.contains(&kind) {
                 return Ok(NameParts { what: inner.0, kind: of, component: Some(kind) });
             }
-            return Err(ParameterError::Form { name: name.to_owned(), nearest: FORMS[FORMS.len() - 1] });
+            return Err(ParameterError::Form { name: name.to_owned(), nearest: FORMS.last().copied() });
         }
-        let distance = |form: &&&str| {
-            let (of, k) = split_last(form);
-            (strsim::osa_distance(kind, k), is_camera(of) != is_camera(what))
-        };
-        let nearest = FORMS[..FORMS.len() - 1].iter().min_by_key(distance).expect("there are forms");
-        Err(ParameterError::Form { name: name.to_owned(), nearest })
+        let plain = kind.to_lowercase();
+        let meant = SYNONYMS.iter().find(|(words, _)| words.contains(&plain.as_str()));
+        let word = meant.map_or(plain.as_str(), |(_, kind)| kind);
+        let distance = |form: &&&str| strsim::osa_distance(word, split_last(form).1);
+        let fitting =
+            FORMS[..FORMS.len() - 1].iter().filter(|form| is_camera(split_last(form).0) == is_camera(what));
+        let nearest = fitting.min_by_key(distance).filter(|form| distance(form) <= 1 + word.len() / 3);
+        Err(ParameterError::Form { name: name.to_owned(), nearest: nearest.copied() })
     }
 
     /// Finds a parameter of a scene by its name; the first if several objects have the name.

@@ -253,9 +253,6 @@ impl Objective {
             return Err(ObjectiveError::NoViews);
         }
         let active = parameters.active(scene);
-        // Implicit surfaces are counted after all meshes.
-        let both = active.shapes.iter().chain(&active.implicits).enumerate();
-        let shapes: Vec<usize> = both.filter(|(_, active)| **active).map(|(shape, _)| shape).collect();
         let mut evaluation = Evaluation {
             loss: 0.0,
             penalty: 0.0,
@@ -274,15 +271,7 @@ impl Objective {
             let rendering = render_pixels(scene, self.image_samples, seed, wanted, progress)?;
             evaluation.image_time += start.elapsed();
             let image = self.only(v, &chosen, &rendering);
-            let (mut loss, mut adjoint) = match self.silhouettes {
-                None => self.compare(v, &image)?,
-                Some(reach) => {
-                    let weights = silhouette_weights(scene, &shapes, reach);
-                    let mut near = self.views[v].clone();
-                    near.weights = Some(product(near.weights, weights));
-                    self.compare_view(&near, &image)?
-                }
-            };
+            let (mut loss, mut adjoint) = self.compare_seen(scene, &active, &self.views[v], &image)?;
             if let Some(chosen) = &chosen {
                 let each = chosen.len() as f64 / chosen.iter().filter(|chosen| **chosen).count() as f64;
                 loss *= each;
@@ -345,6 +334,40 @@ impl Objective {
     /// [`ObjectiveError::Loss`] or [`ObjectiveError::Weights`].
     pub fn compare(&self, view: usize, image: &Image) -> Result<(f64, Image), ObjectiveError> {
         self.compare_view(&self.views[view], image)
+    }
+
+    /// The loss of an image of a view against any picture of the same size, in the place of its target, with
+    /// the view's weights and those of [`silhouettes`](Self::silhouettes) in a scene that is
+    /// [seen](Self::look) by the view: of two renderings it is what noise alone makes of the loss.
+    ///
+    /// # Errors
+    /// [`ObjectiveError::Loss`] or [`ObjectiveError::Weights`].
+    pub fn loss_between(
+        &self,
+        scene: &Scene,
+        parameters: &Parameters,
+        view: usize,
+        [image, target]: [&Image; 2],
+    ) -> Result<f64, ObjectiveError> {
+        let view = View { target: target.clone(), ..self.views[view].clone() };
+        Ok(self.compare_seen(scene, &parameters.active(scene), &view, image)?.0)
+    }
+
+    /// `compare` with the weights of silhouettes as well.
+    fn compare_seen(
+        &self,
+        scene: &Scene,
+        active: &ActiveParameters,
+        view: &View,
+        image: &Image,
+    ) -> Result<(f64, Image), ObjectiveError> {
+        let Some(reach) = self.silhouettes else { return self.compare_view(view, image) };
+        // Implicit surfaces are counted after all meshes.
+        let both = active.shapes.iter().chain(&active.implicits).enumerate();
+        let shapes: Vec<usize> = both.filter(|(_, active)| **active).map(|(shape, _)| shape).collect();
+        let weights = silhouette_weights(scene, &shapes, reach);
+        let near = View { weights: Some(product(view.weights.clone(), weights)), ..view.clone() };
+        self.compare_view(&near, image)
     }
 
     fn compare_view(&self, view: &View, image: &Image) -> Result<(f64, Image), ObjectiveError> {

@@ -1,7 +1,7 @@
 //! What a fit is asked to do: a TOML file.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{anyhow, bail};
 use clap::ValueEnum;
@@ -23,6 +23,9 @@ pub(super) struct Config {
     #[serde(default)]
     pub(super) define: BTreeMap<String, String>,
     pub(super) steps: u64,
+    /// Starts of which the best is kept.
+    #[serde(default = "one")]
+    pub(super) starts: usize,
     /// Of the scene: what was read in another way than it may have been meant, and changes images.
     #[serde(skip)]
     pub(super) deviations: Vec<String>,
@@ -73,6 +76,10 @@ pub(super) struct MasksConfig {
     weight: Option<f64>,
     alpha: Option<f64>,
     samples: Option<usize>,
+}
+
+fn one() -> usize {
+    1
 }
 
 fn unit() -> f64 {
@@ -150,6 +157,10 @@ impl Default for GradientConfig {
 }
 
 impl GradientConfig {
+    pub(super) fn method_name(&self) -> &str {
+        &self.method
+    }
+
     pub(super) fn method(&self) -> anyhow::Result<Method> {
         let known: Vec<&Method> =
             Method::value_variants().iter().filter(|m| **m != Method::FiniteDifference).collect();
@@ -234,52 +245,49 @@ impl RegularizerConfig {
     }
 }
 
-/// Reads a configuration, whose relative paths are from its folder. `path` is for messages.
-pub(super) fn parse(text: &str, path: &Path) -> anyhow::Result<Config> {
-    let mut config: Config = toml::from_str(text).map_err(|error| {
-        let line = error.span().map_or(1, |span| 1 + text[..span.start].matches('\n').count());
-        let message = error.message();
-        anyhow!("{}: line {line}: {message}{}", path.display(), suggestion(message))
-    })?;
-    for parameter in config.parameters.iter_mut().filter(|parameter| parameter.name.is_empty()) {
-        parameter.name = parameter.tie.first().cloned().unwrap_or_default();
-    }
-    let say = |problem: String| anyhow!("{}: {problem}", path.display());
-    config.check().map_err(|problem| say(problem.to_string()))?;
-    let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-    for file in config.files_mut() {
-        *file = folder.join(&*file);
-    }
-    Ok(config)
-}
-
 /// Values for a scene's $names, as its reader takes them.
 pub(super) fn definitions(define: &BTreeMap<String, String>) -> Vec<(String, String)> {
     define.iter().map(|(name, value)| (name.clone(), value.clone())).collect()
 }
 
-/// The key that may have been meant, where a message names an unknown one and those that are known, in backticks.
-fn suggestion(message: &str) -> String {
-    let mut names = message.split('`').skip(1).step_by(2);
-    let (Some(unknown), true) = (names.next(), message.starts_with("unknown ")) else { return String::new() };
-    let nearest = names.min_by_key(|known| strsim::osa_distance(unknown, known));
-    match nearest.filter(|known| strsim::osa_distance(unknown, known) <= 1 + unknown.len() / 3) {
-        Some(known) => format!("; did you mean `{known}`?"),
-        None => String::new(),
-    }
+/// A configuration without its number of steps, comments and order, for comparisons; as it is if it is no
+/// TOML.
+pub(super) fn apart_from_steps(text: &str) -> String {
+    let table = toml::from_str::<toml::Table>(text).ok();
+    let rest = table.map(|mut table| {
+        table.remove("steps");
+        table
+    });
+    rest.map_or_else(|| text.to_owned(), |rest| rest.to_string())
 }
 
+/// Starts of a fit, at most: each takes time.
+const MOST_STARTS: usize = 64;
+
 impl Config {
-    fn check(&self) -> anyhow::Result<()> {
+    /// Refuses what does not go together.
+    pub(super) fn check(&self) -> anyhow::Result<()> {
         if self.steps == 0 {
             bail!("steps = 0: a fit takes one step at least");
         }
         if self.parameters.is_empty() {
             bail!(
-                "nothing is to be fitted: add a [[parameter]] with a name, such as \"block.translation\", and a rate"
+                "nothing is to be fitted: add a line [[parameter]], and below it name = \"bunny.translation\" and rate = 0.02 (`volume3d info \
+                 SCENE` lists names)"
             );
         }
         self.parameters.iter().try_for_each(|parameter| parameter.check(self.steps))?;
+        if !(1..=MOST_STARTS).contains(&self.starts) {
+            bail!("starts = {}, but must be from 1 to {MOST_STARTS}; 8 is usual", self.starts);
+        }
+        let changes = self.parameters.iter().find(|p| !p.refine.is_empty() || p.finish.is_some());
+        if let (Some(parameter), true) = (changes, self.starts > 1) {
+            bail!(
+                "starts = {} is not for fits that refine: leave out refine and finish of `{}`, or starts",
+                self.starts,
+                parameter.name
+            );
+        }
         if let Some(pixels) = self.pixels_per_view {
             if pixels == 0 {
                 bail!("pixels_per_view = 0: a step looks at one pixel at least");
@@ -338,7 +346,10 @@ impl Config {
                 bail!("view {} has no target, and there is no [reference] to render one from", i + 1);
             }
             if view.origin.is_none() && (view.look_at.is_some() || view.up.is_some()) {
-                bail!("view {} has a look_at or up, but no origin", i + 1);
+                bail!(
+                    "view {} has a look_at or up, but no origin: origin = [0, 1, 4] says where its camera is",
+                    i + 1
+                );
             }
         }
         let with_mask = self.views.iter().position(|view| view.mask.is_some());
@@ -362,7 +373,8 @@ impl Config {
         Ok(())
     }
 
-    fn files_mut(&mut self) -> impl Iterator<Item = &mut PathBuf> {
+    /// Everything that names a file or folder.
+    pub(super) fn files_mut(&mut self) -> impl Iterator<Item = &mut PathBuf> {
         let views =
             self.views.iter_mut().flat_map(|v| v.target.iter_mut().chain(&mut v.weights).chain(&mut v.mask));
         let reference = self.reference.iter_mut().map(|r| &mut r.scene);

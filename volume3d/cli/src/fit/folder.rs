@@ -1,43 +1,38 @@
 //! The folder of a run.
 
-use std::fmt::Write as _;
 use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 
 use anyhow::{anyhow, bail};
 use flatland::sdf::Sdf as _;
 use volume3d::Image;
-use volume3d::gradient::render;
 use volume3d::io::{
-    load_image, read_text, signed_range, write_animation, write_bytes, write_exr, write_obj, write_png,
-    write_scene, write_signed_png,
+    load_image, read_exr, read_text, signed_range, write_animation, write_bytes, write_exr, write_obj,
+    write_png, write_signed_png,
 };
 use volume3d::optimize::{Fit, Group, Quantity, State, read_checkpoint, write_checkpoint};
 use volume3d::scene::{Camera, Film, Scene};
 use volume3d::sdf::isosurface;
 
-use super::super::session::{Bar, say, silent};
-use super::config::Config;
+use super::super::session::{Bar, say};
+use super::config::{Config, apart_from_steps};
+use super::pictures::{LOOKED_AT, PICTURE, looked_at, sheet};
+use super::quality::{JUDGED, Quality, judged};
+use super::result::LISTED;
 use super::views::view_file;
-use super::{curve, report};
+use super::{curve, placed_scene, report, result};
 
 /// Pictures of the first view that the animation is made of, at most.
 const FRAMES: u64 = 32;
 
-/// Samples a pixel of pictures that are only looked at.
-const PICTURE: usize = 64;
+/// Views in the sheet of target, start and fit, at most.
+const ROWS: usize = 3;
 
 /// Where the state is kept.
 const STATE: &str = "state.bin";
 
-/// Purposes of random numbers, apart from those of the fit.
-const LOOKED_AT: u64 = 1 << 33;
-
 /// Cells along the longest side of a fitted grid's box, for its mesh.
 const ISOSURFACE: usize = 128;
-
-/// Numbers of a parameter that are listed one by one; larger ones are in the scene.
-const LISTED: usize = 12;
 
 /// A folder that is one fit's.
 pub(super) struct Folder {
@@ -84,11 +79,13 @@ impl Folder {
     fn check_configuration(path: &Path, config: &str) -> anyhow::Result<()> {
         let copy = path.join("config.toml");
         match read_text(&copy) {
-            Ok(found) if found == config => Ok(()),
+            // More steps may be asked for at any time.
+            Ok(found) if found == config || apart_from_steps(&found) == apart_from_steps(config) => Ok(()),
             // Nothing has come of the other configuration.
             Ok(_) if !path.join(STATE).exists() => Ok(()),
             Ok(_) => bail!(
-                "{} is the folder of a run with another configuration; choose another folder, or remove it",
+                "{} is the folder of a run with another configuration, of which only steps may be changed; choose another folder, \
+                 or remove it",
                 path.display()
             ),
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
@@ -138,8 +135,17 @@ impl Folder {
         Ok(folder)
     }
 
-    fn file(&self, name: &str) -> PathBuf {
+    /// A file of the run.
+    pub(super) fn file(&self, name: &str) -> PathBuf {
         self.path.join(name)
+    }
+
+    /// Where the state of one of several starts is kept, in a folder that is made.
+    pub(super) fn start_path(&self, name: &str) -> anyhow::Result<PathBuf> {
+        let folder = self.file("starts");
+        std::fs::create_dir_all(&folder)
+            .map_err(|e| anyhow!("cannot make the folder {}: {e}", folder.display()))?;
+        Ok(folder.join(format!("{name}.bin")))
     }
 
     /// Where the state is kept.
@@ -165,7 +171,7 @@ impl Folder {
         let bar = Bar::new(views.len(), "render the start");
         for (v, view) in views.iter().enumerate() {
             self.picture(v, "target", &view.target)?;
-            self.picture(v, "start", &looked_at(fit, scene, v, PICTURE)?)?;
+            self.picture(v, "start", &looked_at(fit, scene, v, PICTURE, LOOKED_AT)?)?;
             bar.step();
         }
         Ok(())
@@ -182,7 +188,7 @@ impl Folder {
         let done = fit.steps_taken();
         let is_time = |k: u64| k * config.steps / FRAMES.min(config.steps);
         if (0..=FRAMES).any(|k| is_time(k) == done) {
-            write_png(&self.frame_path(done), &looked_at(fit, scene, 0, PICTURE)?)?;
+            write_png(&self.frame_path(done), &looked_at(fit, scene, 0, PICTURE, LOOKED_AT)?)?;
         }
         Ok(())
     }
@@ -191,30 +197,36 @@ impl Folder {
         self.file(&format!("frames/{step:08}.png"))
     }
 
-    /// What there is at the end: of the mean of parameters, if the fit has one.
+    /// Writes what there is at the end: of the mean of parameters, if the fit has one. What to say of it, and
+    /// a warning if it has not reached its pictures.
     pub(super) fn finish(
         &self,
         config: &Config,
-        fit: &Fit,
+        (fit, start, table): (&Fit, &[f64], &str),
         scene: &mut Scene,
-        camera: Camera,
-        film: Film,
-    ) -> anyhow::Result<String> {
+        (camera, film): (Camera, Film),
+    ) -> anyhow::Result<(String, String)> {
         fit.apply_result(scene)?;
         let views = &fit.objective().views;
         let bar = Bar::new(views.len(), "render the fit");
-        let mut ranges = vec![];
+        let (mut ranges, mut views_judged, mut rows) = (vec![], vec![], vec![]);
         for (v, view) in views.iter().enumerate() {
-            let image = looked_at(fit, scene, v, 4 * PICTURE)?;
+            let image = looked_at(fit, scene, v, JUDGED, LOOKED_AT)?;
             self.picture(v, "fit", &image)?;
+            views_judged.push(judged(config, fit, scene, v, &image)?);
             let pixels = image.pixels.iter().zip(&view.target.pixels).map(|(i, t)| *i - *t).collect();
             let difference = image.with_pixels(pixels);
             let path = self.file(&format!("{}.png", view_file(v, "difference")));
             ranges.push(signed_range(&difference));
             write_signed_png(&path, &difference, ranges[v])?;
+            if rows.len() < ROWS {
+                let start = read_exr(&self.file(&format!("{}.exr", view_file(v, "start"))))?;
+                rows.push(vec![view.target.clone(), start, image]);
+            }
             bar.step();
         }
         drop(bar);
+        write_png(&self.file("views.png"), &sheet(&rows))?;
         let frames = (0..=config.steps).map(|step| self.frame_path(step)).filter(|path| path.exists());
         let frames = frames.map(|path| load_image(&path, false)).collect::<Result<Vec<_>, _>>()?;
         write_animation(&self.file("animation.png"), &frames, 120)?;
@@ -245,10 +257,14 @@ impl Folder {
             scene.set_camera(camera)?;
         }
         scene.set_film(film)?;
-        write_scene(&self.file("fit.xml"), scene)?;
-        let page = report::page(config, fit, &values_listed(fit), &ranges, |name| self.file(name))?;
+        let toml = result::toml(fit, start, scene, &views_judged);
+        write_bytes(&self.file("result.toml"), toml.as_bytes())?;
+        placed_scene::write(&self.file("fit.xml"), scene, fit.parameters(), fit.result())?;
+        let found = report::Found { fit, start, ranges: &ranges, views: &views_judged, table };
+        let page = report::page(config, &found, |name| self.file(name))?;
         write_bytes(&self.file("report.html"), page.as_bytes())?;
-        Ok(format!("{}wrote {}\n", values_listed(fit), self.file("report.html").display()))
+        let warning = Quality::of(&views_judged).warning(&views_judged, config);
+        Ok((format!("{}wrote {}\n", result::listed(fit), self.file("report.html").display()), warning))
     }
 }
 
@@ -256,12 +272,6 @@ impl Folder {
 fn file_name(id: &str) -> String {
     let keep = |c: char| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '_' };
     id.chars().map(keep).collect()
-}
-
-/// What a view sees of the scene as it is, from samples that the fit does not use.
-fn looked_at(fit: &Fit, scene: &mut Scene, view: usize, samples: usize) -> anyhow::Result<Image> {
-    fit.objective().look(scene, view)?;
-    Ok(render(scene, samples, LOOKED_AT + view as u64, &silent())?.image)
 }
 
 fn losses(fit: &Fit) -> anyhow::Result<Vec<u8>> {
@@ -299,19 +309,4 @@ fn values(fit: &Fit, scene: &Scene) -> anyhow::Result<Vec<u8>> {
         }
     }
     Ok(table.into_inner()?)
-}
-
-/// The same, a line for each parameter.
-fn values_listed(fit: &Fit) -> String {
-    let mut text = String::new();
-    for group in fit.parameters().groups() {
-        let values = &fit.result()[group.range.clone()];
-        if values.len() > LISTED {
-            let _ = writeln!(text, "{}: {} numbers", group.name, values.len());
-        } else {
-            let values: Vec<String> = values.iter().map(|v| format!("{v:.6}")).collect();
-            let _ = writeln!(text, "{}: {}", group.name, values.join(", "));
-        }
-    }
-    text
 }

@@ -3,10 +3,18 @@
 mod config;
 mod curve;
 mod folder;
+mod message;
 mod numbers;
 mod parameter;
+mod parse;
+mod pictures;
+mod placed_scene;
 mod problem;
+mod progress;
+mod quality;
 mod report;
+mod result;
+mod starts;
 mod views;
 
 use std::path::PathBuf;
@@ -14,7 +22,6 @@ use std::time::{Duration, Instant};
 
 use anyhow::anyhow;
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
 use volume3d::gradient::{Estimator, GradientError};
 use volume3d::optimize::{Fit, FitError, ObjectiveError, Record, Times};
 use volume3d::scene::Scene;
@@ -27,116 +34,53 @@ use super::signals::{self, is_stop};
 
 /// Fits parameters of a scene to pictures.
 ///
-/// CONFIG.toml says from which scene to start, what to fit, and to which pictures; relative paths in it are from its folder. The
-/// shortest that does something:
+/// CONFIG.toml says from which scene to start, what to fit, and to
+/// which pictures; paths in it are from its folder. The shortest:
 ///
 ///   scene = "start.xml"
 ///   steps = 100
-///   [reference]                       # or [[view]] with target = "photo.exr"
-///   scene = "truth.xml"
+///
+///   [[view]]
+///   target = "photo.png"
+///
 ///   [[parameter]]
-///   name = "block.translation"
+///   name = "bunny.translation"
 ///   rate = 0.02
 ///
-/// All that there is; what is said to be a default need not be written:
+/// `volume3d fit --example > fit.toml` writes one that runs, with all
+/// keys and what they mean; `volume3d new bunny.obj` writes a scene
+/// and a fit for a mesh. Names of parameters are those of `--wrt` of
+/// `volume3d gradient`; `volume3d info SCENE` lists the objects.
 ///
-///   seed = 0                          # the default
-///   define = { res = "64" }           # for $res in the scene
-///   views_per_step = 4                # all, unless given
-///   pixels_per_view = 1024            # chosen anew in every step; all, unless given; not for the
-///                                     # multiscale loss
-///   silhouettes = 2                   # only pixels so near to a silhouette count; all, unless
-///                                     # given
-///   background = [0, 0, 0]            # under transparent pictures; a constant sky, unless given
-///   loss = { kind = "multiscale", levels = 5 }     # the default; or l1, l2, relative with epsilon
-///   gradient = { method = "auto", spp = 16, image_spp = 16 }  # the default: a pilot chooses
-///                                                             # before the first step
-///   schedule = { kind = "cosine", end = 0 }        # the default; or constant, exponential with
-///                                                  # end
-///   parameter_mean = 0.95             # none, unless given: what is reported and written at the
-///                                     # end is the mean of about so many last steps,
-///                                     # 1/(1 − 0.95), for rates that do not end at 0
-///   [reference]
-///   scene = "truth.xml"               # rendered from the camera of each view; its own, if there
-///                                     # is a single view without one
-///   define = { res = "64" }
-///   spp = 1024                        # the default
-///   [[view]]                          # one for each picture
-///   name = "front"
-///   target = "front.png"              # rendered from the reference, unless given
-///   encoding = "linear"               # or "srgb": what its integers mean, if not what its file
-///                                     # says (cICP, sRGB, gAMA of a PNG)
-///   layer = "ViewLayer.Combined"      # of an OpenEXR target: which of several layers, or one
-///                                     # channel by the whole of its name
-///   weights = "mask.png"              # multiplies the difference of each pixel; 0 to 1, not sRGB
-///   mask = "object.png"               # white where the shape of [masks] is seen; for [masks] only
-///   origin = [0, 1, 4]                # the scene's camera, unless given
-///   look_at = [0, 0, 0]
-///   up = [0, 1, 0]                    # the default
-///   fov = 40                          # degrees, horizontal
-///   width = 128                       # the scene's film, unless given
-///   height = 128
-///   [[parameter]]                     # named as by --wrt of `volume3d gradient`
-///   name = "bunny.vertex_positions"
-///   rate = 0.01                       # of Adam, in units of the parameter: about the size of a
-///                                     # step
-///   large_steps = 20                  # smooth steps of vertices (Nicolet et al. 2021), with one
-///                                     # step size; 1 for SHAPE.sdf of a grid
-///   redistance = false                # for SHAPE.sdf of a grid: true makes it distances again
-///                                     # after every step
-///   refine = [80, 160]                # for SHAPE.sdf of a grid: steps after which it has half the
-///                                     # spacing, and steps half the rate;
-///                                     # of a network: after which its grid has
-///   finish = 200                      # for SHAPE.sdf of a network: steps after which it is traced
-///                                     # itself, a hundred times slower; never, unless given
-///   uniform = false                   # the default; true: one step size without smoothing
-///   beta1 = 0.9                       # of Adam: how slowly gradients are forgotten, and their
-///                                     # squares
-///   beta2 = 0.999
-///   clamp = 0.01                      # none, unless given: larger derivatives are cut to it,
-///                                     # counted, and biased
-///   tie = ["lamp.radiance", "bulb.intensity"]  # others that have the same values, at first those
-///                                     # of the first; instead of a name, or besides
-///   pivot = [0, 0, 0]                 # of a rotation or scale; the mean of all vertices, or where
-///                                     # a light or implicit surface stands, unless given
-///   bounds = [0, 1]                   # those of the parameter, unless given
-///   start = [0.1, 0, 0]               # where the scene is, unless given
-///   [dtu]                             # in the place of views: photographs, masks and cameras as
-///                                     # of DTU and IDR
-///   folder = "scan65"                 # image/*.png, mask/*.png, cameras.npz; the scene is in the
-///                                     # coordinates of its unit ball
-///   views = [0, 5, 9]                 # all, unless given
-///   cut = false                       # the default; true: outside of masks is the background
-///   [masks]                           # besides pictures, as IDR does; then method = "interior"
-///                                     # leaves silhouettes to it
-///   shape = "thing"                   # an implicit surface
-///   center = [0, 0, 0]                # of a ball that it is in, in scene units
-///   radius = 1
-///   weight = 100                      # in that ball's units, unless given; alpha = 50, doubled
-///                                     # five times; samples = 100
-///   [[regularizer]]
-///   shape = "bunny"
-///   kind = "laplacian"                # or edge-length, normal-consistency; eikonal for a network,
-///                                     # weight 0.1
-///   weight = 0.1
+/// PNG targets end at 1, and renderings do not: keep pictures below,
+/// or take OpenEXR. Steps are those of Adam; L-BFGS is in the library.
 ///
-/// PNG targets end at 1, and renderings do not: keep pictures below, or take OpenEXR. Steps are those of Adam; L-BFGS is in the
-/// library.
+/// RUN gets report.html, which shows it all, and views.png at a
+/// glance; the fitted scene (fit.xml) with its meshes; result.toml,
+/// with values, units and poses as matrices; the loss of every step
+/// (loss.csv, loss.svg); and pictures of every view. One process at a time is at a run: it
+/// locks RUN/lock. The state is kept every few seconds: killed at any
+/// moment, the same command goes on, and ends with the same bits. To
+/// go on after the end, raise `steps` and run the same command.
 ///
-/// RUN gets the configuration, the loss of every step (loss.csv, loss.svg), pictures of every view, the
-/// fitted scene (fit.xml) with its meshes, and report.html, which shows it all. One process at a time is at
-/// a run: it locks RUN/lock. The state is kept every few seconds: killed at any moment, the same command
-/// goes on, and ends with the same bits. Image and gradient of a step never share samples, so that the
-/// gradient of a squared loss is unbiased.
+/// A fit that ends with a residual far above what noise explains
+/// warns that it has not reached its pictures; the exit status is 0,
+/// as the run did what it was asked for, and result.toml says
+/// `reached = false`.
 #[derive(Args, Debug)]
 #[command(verbatim_doc_comment)]
 pub(super) struct Options {
     /// What to fit, and to what.
-    #[arg(value_name = "CONFIG.toml")]
-    config: PathBuf,
-    /// The folder of the run; it is made if there is none, and gone on with if it has begun.
-    #[arg(short, long, value_name = "RUN")]
-    output: PathBuf,
+    #[arg(value_name = "CONFIG.toml", required_unless_present = "example")]
+    config: Option<PathBuf>,
+    /// The folder of the run; it is made if there is none, and gone on
+    /// with if it has begun.
+    #[arg(short, long, value_name = "RUN", required_unless_present = "example")]
+    output: Option<PathBuf>,
+    /// Prints a configuration with all keys, which runs beside the
+    /// scene.xml of `volume3d new bunny.obj -o .`
+    #[arg(long, exclusive = true)]
+    example: bool,
     #[command(flatten)]
     threads: Threads,
 }
@@ -153,11 +97,13 @@ pub(super) struct Interrupted {
 const KEEP_EVERY: Duration = Duration::from_secs(5);
 
 pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
+    let (Some(path), Some(output), false) = (&options.config, &options.output, options.example) else {
+        return Ok(Report { text: parse::EXAMPLE.to_owned(), outcome: Outcome::Good });
+    };
     options.threads.begin()?;
-    let Problem { config, text, mut scene, fit, fingerprint, files } =
-        Problem::read(&options.config, &options.output)?;
+    let Problem { config, text, mut scene, fit, fingerprint, files } = Problem::read(path, output)?;
     signals::hold()?;
-    let folder = Folder::open(&options.output, &text, &files)?;
+    let folder = Folder::open(output, &text, &files)?;
     // Views look at the scene with cameras of their own, but it is written with its own.
     let own = (scene.description().camera.clone(), scene.description().film);
     let kept = folder.state(fingerprint)?;
@@ -167,6 +113,21 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     let stopped = interrupted(done, &config);
     let (estimator, chosen) = problem::chosen(&config, &fit, &mut scene).map_err(stopped)?;
     let is_new = kept.is_none();
+    if is_new {
+        say(&problem::contacts(&fit, &scene));
+        problem::check_views(&config, &fit, &mut scene).map_err(stopped)?;
+    }
+    let mut table = String::new();
+    let fit = if config.starts > 1 {
+        signals::hold().map_err(|e| stopped(e.into()))?;
+        let (x, found) = starts::best(&config, &fit, &mut scene, &folder, (estimator.clone(), fingerprint))
+            .map_err(stopped)?;
+        table = found;
+        fit.starting_at(x)
+    } else {
+        fit
+    };
+    let begin = fit.state().x.clone();
     let mut fit = match kept {
         Some(state) => fit
             .resumed(state, &mut scene)
@@ -174,10 +135,8 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
         None => fit,
     };
     fit.apply(&mut scene)?;
-    let mut text = chosen;
+    let mut text = chosen + &table;
     if is_new {
-        say(&problem::contacts(&fit, &scene));
-        problem::check_views(&config, &fit, &mut scene).map_err(stopped)?;
         signals::hold().map_err(|e| stopped(e.into()))?;
         folder.begin(&fit, &mut scene).map_err(stopped)?;
     } else {
@@ -195,10 +154,11 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     text += &doubts(&fit);
     let taken = fit.steps_taken() - from;
     text += &lost(scene.trace_counts() - before, samples(&config, &fit, taken));
-    let (camera, film) = own;
-    text += &folder
-        .finish(&config, &fit, &mut scene, camera, film)
+    let (words, warning) = folder
+        .finish(&config, (&fit, &begin, &table), &mut scene, own)
         .map_err(interrupted(fit.steps_taken(), &config))?;
+    say(&warning);
+    text += &words;
     Ok(Report { text, outcome: Outcome::Good })
 }
 
@@ -209,11 +169,8 @@ fn steps(
     folder: &Folder,
     (estimator, fingerprint): (Estimator, u32),
 ) -> anyhow::Result<()> {
-    let style = ProgressStyle::with_template("fit {bar:32} {pos}/{len}  {msg}  {elapsed} gone, {eta} to go")
-        .unwrap_or_else(|_| ProgressStyle::default_bar());
-    let bar = ProgressBar::new(config.steps).with_style(style).with_position(fit.steps_taken());
+    let bar = progress::bar("fit", config.steps).with_position(fit.steps_taken());
     bar.reset_eta();
-    bar.enable_steady_tick(Duration::from_millis(200));
     let estimate = reverse(estimator);
     let (mut kept, mut last) = (Instant::now(), Duration::ZERO);
     while !fit.is_done() {
@@ -243,7 +200,7 @@ fn steps(
             return Err(anyhow!(Interrupted { done: fit.steps_taken(), steps: config.steps }));
         }
         if let Some(record) = fit.state().records.last() {
-            bar.set_message(format!("loss {:.3e}, rate {:.2}", record.loss, record.factor));
+            bar.set_message(progress::message(fit, record));
         }
         bar.inc(1);
         if kept.elapsed().max(last) > KEEP_EVERY {

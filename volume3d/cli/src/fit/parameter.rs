@@ -34,6 +34,8 @@ pub(super) struct ParameterConfig {
     #[serde(default, deserialize_with = "numbers")]
     pub(super) pivot: Option<[f64; 3]>,
     pub(super) start: Option<Vec<f64>>,
+    /// How far starts are from this one.
+    pub(super) spread: Option<f64>,
 }
 
 impl ParameterConfig {
@@ -46,7 +48,9 @@ impl ParameterConfig {
             );
         }
         if !(*rate > 0.0 && rate.is_finite()) {
-            bail!("the rate of `{name}` is {rate}, but must be positive");
+            bail!(
+                "the rate of `{name}` is {rate}, but must be positive: about the size of a step in units of the parameter, such as 0.02"
+            );
         }
         if let Some([low, high]) = bounds
             && (low.is_nan() || high.is_nan() || low > high)
@@ -62,6 +66,11 @@ impl ParameterConfig {
             && !(clamp > 0.0 && clamp.is_finite())
         {
             bail!("the clamp of `{name}` is {clamp}, but must be positive");
+        }
+        if let Some(spread) = self.spread
+            && !(spread >= 0.0 && spread.is_finite())
+        {
+            bail!("the spread of `{name}` is {spread}, but must not be negative");
         }
         if self.pivot.is_some_and(|pivot| pivot.iter().any(|x| !x.is_finite())) {
             bail!("the pivot of `{name}` is not finite");

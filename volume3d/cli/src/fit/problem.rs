@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context as _, anyhow, bail};
+use anyhow::{anyhow, bail};
 use glam::DVec3;
 use volume3d::Image;
 use volume3d::gradient::{ActiveParameters, Estimator, Gradient, GradientError, Pilot, Progress, Survey};
-use volume3d::io::{read_bytes, read_text};
+use volume3d::io::read_bytes;
 use volume3d::optimize::{
     Adam, Fit, GridSteps, Group, LargeSteps, MaskTerm, Member, Objective, Optimizer, Parameters, Penalty,
     Plan, Quantity,
@@ -15,11 +15,14 @@ use volume3d::scene::Scene;
 use volume3d::sdf::{Baked, Grid, Guided};
 
 use super::super::contact;
+use super::super::file_kind::read_configuration;
 use super::super::method::{self, Method, MethodOptions};
 use super::super::session::{Bar, Loaded, silent};
-use super::config::{Config, MasksConfig, RegularizerConfig, definitions, parse};
+use super::config::{Config, MasksConfig, RegularizerConfig, apart_from_steps, definitions};
 use super::folder::Folder;
+use super::message;
 use super::parameter::ParameterConfig;
+use super::parse::parse;
 use super::views::views;
 
 /// All that a fit begins with.
@@ -29,7 +32,8 @@ pub(super) struct Problem {
     pub(super) text: String,
     pub(super) scene: Scene,
     pub(super) fit: Fit,
-    /// Of the configuration and all files that it names, so that a state is not gone on with under other input.
+    /// Of the configuration apart from its steps, and all files that it names, so that a state is not gone on
+    /// with under other input.
     pub(super) fingerprint: u32,
     pub(super) files: Vec<PathBuf>,
 }
@@ -37,8 +41,7 @@ pub(super) struct Problem {
 impl Problem {
     /// Reads and renders all of it, unless the run's folder is another's.
     pub(super) fn read(path: &Path, run: &Path) -> anyhow::Result<Self> {
-        let text = read_text(path).with_context(|| format!("cannot read {}", path.display()));
-        let text = text.map_err(|e| anyhow!("{e:#}"))?;
+        let text = read_configuration(path)?;
         let mut config = parse(&text, path)?;
         // Targets may take long to render.
         Folder::check(run, &text)?;
@@ -46,19 +49,26 @@ impl Problem {
         loaded.say_deviations();
         let Loaded { scene, mut files, deviations, .. } = loaded;
         config.deviations = deviations;
-        let said = |error: anyhow::Error| anyhow!("{}: {error}", path.display());
+        let said = |error: anyhow::Error| anyhow!(message::with_line(&error.to_string(), &text, path));
         let parameters = parameters(&config, &scene).map_err(said)?;
         let x = start(&config, &scene, &parameters).map_err(said)?;
         let (views, more) = views(&config, &scene)?;
         files.extend(more);
-        files.push(path.to_path_buf());
         let follows = |q: &Quantity| {
             matches!(q, Quantity::CameraTranslation | Quantity::CameraRotation | Quantity::FieldOfView)
         };
         if let Some(camera) = parameters.groups().iter().find(|g| g.members().any(|m| follows(&m.quantity)))
             && (views.len() > 1 || views.iter().any(|v| v.camera.is_some()))
         {
-            bail!("{}: `{}` needs a single view, without a camera of its own", path.display(), camera.name);
+            let problem = format!(
+                "`{}` is fitted to the scene's own camera, so that there can be one [[view]] only, without origin and fov; here \
+                 are {} views{}. Leave out the others, or fit what is seen in place of the camera: `all.translation`, \
+                 `all.rotation`",
+                camera.name,
+                views.len(),
+                if views.len() == 1 { ", with a camera" } else { "" }
+            );
+            return Err(said(anyhow!(problem)));
         }
         let penalties = config.regularizers.iter().map(|r| penalty(r, &scene, &parameters));
         let penalties = penalties.collect::<anyhow::Result<_>>().map_err(said)?;
@@ -72,7 +82,9 @@ impl Problem {
         let silhouettes = config.silhouettes;
         let active = parameters.active(&scene);
         if silhouettes.is_some() && !active.shapes.iter().chain(&active.implicits).any(|&active| active) {
-            bail!("{}: silhouettes count only where a shape is fitted", path.display());
+            return Err(said(anyhow!(
+                "silhouettes is given, but no shape is fitted: it counts pixels near silhouettes of those that are"
+            )));
         }
         let masks = config.masks.as_ref().map(|m| masks(m, &scene, &parameters));
         let masks = masks.transpose().map_err(said)?;
@@ -89,10 +101,11 @@ impl Problem {
         let optimizers = config.parameters.iter().zip(parameters.groups());
         let optimizers =
             optimizers.map(|(p, group)| optimizer(p, group, &scene)).collect::<anyhow::Result<_>>();
-        let optimizers = optimizers.map_err(|e| anyhow!("{}: {e}", path.display()))?;
+        let optimizers = optimizers.map_err(said)?;
         let fit = Fit::new(parameters, x, objective, optimizers, plan);
         let fit = if let Some(decay) = config.parameter_mean { fit.averaged(decay) } else { fit };
-        let fingerprint = fingerprint(&files)?;
+        let fingerprint = fingerprint(&files, &apart_from_steps(&text))?;
+        files.push(path.to_path_buf());
         Ok(Self { config, text, scene, fit, fingerprint, files })
     }
 }
@@ -203,7 +216,11 @@ fn start(config: &Config, scene: &Scene, parameters: &Parameters) -> anyhow::Res
         let range = group.range.clone();
         let start = start.as_deref().unwrap_or(&x[range.clone()]).to_vec();
         if start.len() != group.range.len() {
-            bail!("`{name}` is {} numbers, but its start has {}", group.range.len(), start.len());
+            let numbers = match group.range.len() {
+                1 => "one number".to_owned(),
+                n => format!("{n} numbers"),
+            };
+            bail!("`{name}` is {numbers}, but its start has {}", start.len());
         }
         if start.iter().any(|v| !v.is_finite()) {
             bail!("the start of `{name}` is not finite");
@@ -216,8 +233,9 @@ fn start(config: &Config, scene: &Scene, parameters: &Parameters) -> anyhow::Res
     Ok(x)
 }
 
-fn fingerprint(files: &[PathBuf]) -> anyhow::Result<u32> {
+fn fingerprint(files: &[PathBuf], configuration: &str) -> anyhow::Result<u32> {
     let mut hasher = crc32fast::Hasher::new();
+    hasher.update(configuration.as_bytes());
     for file in files {
         let bytes = read_bytes(file).map_err(|e| anyhow!("cannot read {}: {e}", file.display()))?;
         hasher.update(&(bytes.len() as u64).to_le_bytes());
@@ -238,7 +256,8 @@ pub(super) fn reverse(
 /// Views that a pilot looks at, at most: evenly among all.
 const SURVEYED: usize = 8;
 
-/// The method of all steps. A pilot chooses by what views see before the first step, so that a run that is gone on with has the same.
+/// The method of all steps. A pilot chooses by what views see before the first step, so that a run that is
+/// gone on with has the same.
 pub(super) fn chosen(config: &Config, fit: &Fit, scene: &mut Scene) -> anyhow::Result<(Estimator, String)> {
     let method = config.gradient.method()?;
     let estimator = MethodOptions::plain(method).estimator(config.gradient.spp, config.seed, None);

@@ -10,7 +10,7 @@ use volume3d::gradient::render;
 use volume3d::io::dtu::Folder;
 use volume3d::io::{Encoding, covered, load_image, load_image_over, read_npy};
 use volume3d::optimize::View;
-use volume3d::scene::{Camera, Environment, Film, Scene};
+use volume3d::scene::{Camera, Environment, Film, Scene, TraceCounts};
 
 use super::super::output::colour;
 use super::super::session::{Bar, Loaded, check_size, located, lost, say, silent};
@@ -31,6 +31,7 @@ pub(super) fn views(config: &Config, scene: &Scene) -> anyhow::Result<(Vec<View>
     let background = config.background.map_or_else(|| sky(scene), DVec3::from_array);
     let mut views: Vec<View> = vec![];
     let bar = Bar::new(asked.len(), "render targets");
+    let mut traced = (TraceCounts::default(), 0);
     for (i, view) in asked.iter().enumerate() {
         let name = view.name.clone().unwrap_or_else(|| format!("{}", i + 1));
         if let Some(other) = views.iter().position(|v| v.name == name) {
@@ -44,23 +45,33 @@ pub(super) fn views(config: &Config, scene: &Scene) -> anyhow::Result<(Vec<View>
         let target = match (&view.target, &mut reference) {
             (Some(path), _) => {
                 files.push(path.clone());
+                there(path, &name, "target")?;
                 picture(path, view, background, &film, &name)?
             }
             (None, Some(reference)) => {
                 let samples = config.reference.as_ref().map_or(1, |r| r.spp);
-                let target = rendered(&mut reference.scene, camera.as_ref(), film, samples, seed(config, i));
+                let target = rendered(
+                    &mut reference.scene,
+                    camera.as_ref(),
+                    film,
+                    samples,
+                    seed(config, i),
+                    &mut traced,
+                );
                 target.map_err(|e| if is_stop(&e) { e } else { anyhow!("view `{name}`: {e}") })?
             }
-            (None, None) => bail!("view `{name}` has no target"),
+            (None, None) => bail!("view `{name}` has no target: target = \"photo.png\""),
         };
         let weights = view.weights.as_ref().map(|path| {
             files.push(path.clone());
+            there(path, &name, "weights")?;
             let weights = load_image(path, true)?;
             check_picture(&weights, path, &film, &name)?;
             Ok::<_, anyhow::Error>(weights)
         });
         let mask = view.mask.as_ref().map(|path| {
             files.push(path.clone());
+            there(path, &name, "mask")?;
             let mask = load_image(path, true)?;
             check_picture(&mask, path, &film, &name)?;
             let mask = covered(&mask);
@@ -71,6 +82,8 @@ pub(super) fn views(config: &Config, scene: &Scene) -> anyhow::Result<(Vec<View>
         views.push(View { name, camera, film, target, weights, mask });
         bar.step();
     }
+    drop(bar);
+    say(&lost(traced.0, traced.1));
     Ok((views, files))
 }
 
@@ -176,6 +189,33 @@ fn say_of_mask(mask: &[bool], name: &str) {
     }
 }
 
+/// That a picture of a view is there, or what is in its folder.
+fn there(path: &Path, name: &str, key: &str) -> anyhow::Result<()> {
+    if path.exists() && !path.is_dir() {
+        return Ok(());
+    }
+    let shown = path.display();
+    if path.is_dir() {
+        bail!(
+            "view `{name}`: {key} = \"{shown}\" is a folder; each view names one picture, and [dtu] a folder"
+        );
+    }
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let whole = folder.canonicalize().map_err(|_| {
+        anyhow!(
+            "view `{name}`: {key} = \"{shown}\": there is no folder {}; paths are from the folder of the configuration",
+            folder.display()
+        )
+    })?;
+    let wanted = path.file_name().unwrap_or_default().to_string_lossy();
+    let entries = std::fs::read_dir(folder).into_iter().flatten().filter_map(Result::ok);
+    let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
+    let near = names.min_by_key(|found| strsim::osa_distance(&wanted.to_lowercase(), &found.to_lowercase()));
+    let near = near.filter(|found| strsim::osa_distance(&wanted.to_lowercase(), &found.to_lowercase()) <= 3);
+    let near = near.map_or(String::new(), |found| format!("; did you mean {found}?"));
+    bail!("view `{name}`: {key} = \"{shown}\": there is no {wanted} in {}{near}", whole.display())
+}
+
 fn picture(
     path: &Path,
     view: &ViewConfig,
@@ -230,6 +270,7 @@ fn rendered(
     film: Film,
     samples: usize,
     seed: u64,
+    (traces, traced): &mut (TraceCounts, usize),
 ) -> anyhow::Result<Image> {
     if let Some(camera) = camera {
         scene.set_camera(camera.clone())?;
@@ -237,7 +278,9 @@ fn rendered(
     scene.set_film(film)?;
     let rendering = render(scene, samples, seed, &silent())?;
     let (width, height) = rendering.image.size();
-    say(&format!("{}{}", located(&rendering.non_finite), lost(rendering.traces, samples * width * height)));
+    say(&located(&rendering.non_finite));
+    *traces += rendering.traces;
+    *traced += samples * width * height;
     // It is written in single precision as well.
     let pixels = &rendering.image.pixels;
     if let Some(at) = pixels.iter().position(|p| !p.as_vec3().is_finite()) {

@@ -2,7 +2,10 @@
 
 mod bounds;
 mod fit;
+mod fit_result;
 mod hostile;
+mod messages;
+mod new;
 mod not_finite;
 mod photographs;
 mod place;

@@ -122,6 +122,34 @@ impl Fit {
         self
     }
 
+    /// The same fit from another start.
+    ///
+    /// # Panics
+    /// If steps were taken, or there is not one number for each parameter.
+    #[must_use]
+    pub fn starting_at(mut self, x: Vec<f64>) -> Self {
+        assert!(self.state.records.is_empty(), "a fit that has begun has its start");
+        assert_eq!(x.len(), self.parameters.len(), "one number for each parameter");
+        if self.averaged.is_some() {
+            self.state.mean.clone_from(&x);
+        }
+        self.state.x = x;
+        self
+    }
+
+    /// The same fit with another number of steps in all, over which its schedule is spread.
+    #[must_use]
+    pub fn of_steps(mut self, steps: u64) -> Self {
+        self.plan.steps = steps;
+        self
+    }
+
+    /// The optimiser of each group of parameters, with the rates of the first step.
+    #[must_use]
+    pub fn optimizers(&self) -> &[Optimizer] {
+        &self.optimizers
+    }
+
     /// The current state.
     #[must_use]
     pub fn state(&self) -> &State {

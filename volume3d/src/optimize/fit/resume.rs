@@ -13,7 +13,9 @@ impl Fit {
     /// A message that says why the state does not belong to this fit.
     pub fn resumed(self, state: State, scene: &mut Scene) -> Result<Self, &'static str> {
         if state.records.len() as u64 > self.plan.steps {
-            return Err("it is of a longer fit");
+            return Err(
+                "it has taken more steps than the configuration asks for; `steps` may be raised, but not below those taken",
+            );
         }
         // All sizes are checked before any grid is refined.
         let counts: Vec<usize> = (0..self.optimizers.len()).map(|i| self.numbers(i, &state, scene)).collect();

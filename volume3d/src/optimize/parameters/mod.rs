@@ -2,11 +2,13 @@
 
 mod apply;
 mod derivative;
+mod poses;
 
 use std::ops::Range;
 
 use glam::{DQuat, DVec3};
 
+pub use self::poses::Placed;
 use super::name::ParameterError;
 use super::pose::{Pose, Rest, rotation_vector};
 use super::quantity::{Member, Quantity};

@@ -321,8 +321,12 @@ fn names_of_nothing_are_refused_with_what_may_have_been_meant() {
             "`blok.translation`: nothing is called `blok`; did you mean `block`, a shape that emits nothing?; closest \
              first, objects with a parameter `translation`: `block`",
         ),
-        (&["block.rotatoin"], "the nearest form is SHAPE.rotation"),
-        (&["camera.transation"], "the nearest form is camera.translation"),
+        (&["block.rotatoin"], "did you mean `block.rotation`?"),
+        (&["block.position"], "did you mean `block.translation`?"),
+        (&["block.Color"], "did you mean `block.reflectance`?"),
+        (&["block.pose"], "a pose is two parameters, `block.translation` and `block.rotation`"),
+        (&["block"], "an object, a dot and a kind, such as `block.translation`"),
+        (&["camera.transation"], "did you mean `camera.translation`?"),
         (&["translation"], "the nearest form is SHAPE.translation"),
         (&["block.translation.w"], "such as SHAPE.translation.x"),
         (
@@ -348,7 +352,7 @@ fn names_of_nothing_are_refused_with_what_may_have_been_meant() {
         ),
         (&["slide.texture"], "is a texture without parameters; what belongs to it has `beam.texture`"),
         (&["pair.radiance"], "is an instance or a group of shapes, whose parameters are `pair.translation`"),
-        (&["camera.vertex_positions"], "the nearest form is"),
+        (&["camera.vertex_positions"], "`camera.vertex_positions` names no parameter; forms are: "),
         (&["block.scale", "block.scale"], "is the same parameter as `block.scale`"),
         (&["white.reflectance", "chalk.reflectance"], "is the same parameter as `white.reflectance`"),
         (&["lamp.radiance.r", "lamp.radiance"], "is the same parameter as `lamp.radiance.r`"),
