@@ -70,20 +70,20 @@ const fn study(
 
 /// All figures in the order of their numbers, from 1 on: that of the lecture.
 pub(crate) const ALL: [Figure; 19] = [
-    figure("forms", "the boundary term: Reynolds and divergence, exactly", 8.0, forms::draw),
-    figure("fields", "every construction of the warp field on one scene", 8.0, fields::draw),
-    figure("attempts", "the three attempts along a line across a silhouette", 8.0, attempts::draw),
-    figure("trade", "bias, variance and time: the trade", 20.0, trade::draw),
-    figure("motion", "samples that move with the field, and the same derivative", 4.0, forms::draw_motion),
-    figure("edges", "edge sampling and warped area as a scene grows", 8.0, edges::draw),
-    figure("drawing", "a real drawing and its gradient image", 8.0, drawing::draw),
+    figure("forms", "the boundary term: Reynolds and divergence, exactly", 3.0, forms::draw),
+    figure("fields", "every construction of the warp field on one scene", 9.0, fields::draw),
+    figure("attempts", "the three attempts along a line across a silhouette", 5.0, attempts::draw),
+    figure("trade", "bias, variance and time: the trade", 21.0, trade::draw),
+    figure("motion", "samples that move with the field, and the same derivative", 5.0, forms::draw_motion),
+    figure("edges", "edge sampling and warped area as a scene grows", 15.0, edges::draw),
+    figure("drawing", "a real drawing and its gradient image", 7.0, drawing::draw),
     figure(
         "transport",
         "a flat world, a path with its rays, and the derivative of a shadow",
         8.0,
         transport::draw,
     ),
-    figure("specular", "edge sampling and warped area as a glossy lobe narrows", 8.0, specular::draw),
+    figure("specular", "edge sampling and warped area as a glossy lobe narrows", 5.0, specular::draw),
     figure("path-bias", "bias and variance along paths, for shadows and two bounces", 8.0, path_bias::draw),
     figure("mesh", "a mesh in a room, and the gradient image of its motion, term by term", 8.0, mesh::draw),
     figure(

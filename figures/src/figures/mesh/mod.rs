@@ -16,8 +16,9 @@ use study::{Part, RUNS, STEP, Study};
 /// Measures, draws and explains.
 pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
     let study = Study::new(context)?;
-    let prose = prose(&study)?;
-    context.png("mesh.png", &picture::draw(&study))?;
+    let shows_indirect = context.spend(false, true);
+    let prose = prose(&study, shows_indirect)?;
+    context.png("mesh.png", &picture::draw(&study, shows_indirect))?;
     let table = table(&study);
     let mut data = vec![context.csv("mesh_terms.csv", &table)?];
     for part in Part::ALL {
@@ -35,7 +36,12 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
 const TOO_NOISY: f64 = 0.1;
 
 /// The text on the gradient image and its terms.
-fn prose(study: &Study) -> anyhow::Result<Prose> {
+fn prose(study: &Study, shows_indirect: bool) -> anyhow::Result<Prose> {
+    let of_colours = if shows_indirect {
+        "All panels but (h) and (l) share the colours of the bar in the first row."
+    } else {
+        "All panels share the colours of the bar. Indirect light is so faint that a draft has too few samples to show it."
+    };
     let term = |part| slope(study.warped.agreement(part, &study.edges).0);
     let warped = study.warped.agreement(Part::Whole, &study.edges);
     let differences = study.differences.agreement(Part::Whole, &study.edges);
@@ -62,7 +68,7 @@ fn prose(study: &Study) -> anyhow::Result<Prose> {
             ("slope_differences", &slope(differences.0)),
             ("error_differences", &number(differences.1)),
             ("runs", &RUNS),
-            ("block", &picture::BLOCK),
+            ("of_colours", &of_colours),
         ],
     )
 }

@@ -15,13 +15,11 @@ const BAR: f64 = 66.0;
 /// Part of the pixels whose magnitudes the colours cover: the brightest silhouettes are beyond.
 const COVERED: f64 = 0.985;
 
-/// Side of the blocks of pixels whose mean is shown of indirect light, which is faint.
-pub(super) const BLOCK: usize = 4;
-
 const TITLE: &str = "A bunny that turns: the image, its derivative, and the terms of it";
 
-/// Image and whole gradients above; below, the terms by warped area and by edge sampling.
-pub(super) fn draw(study: &Study) -> Canvas {
+/// Image and whole gradients above; below, the terms by warped area and by edge sampling. Indirect light is
+/// faint, and shown if there are samples enough.
+pub(super) fn draw(study: &Study, shows_indirect: bool) -> Canvas {
     let height = 3.0 * (SIDE + PANEL_TITLE_ROOM) + 2.0 * GAP;
     let mut figure = Figure::new(4.0 * SIDE + 3.0 * GAP + BAR, height, TITLE);
     let cells = figure.body.inset(0.0, 0.0, BAR, 0.0).grid([3, 4], [GAP; 2]);
@@ -40,37 +38,25 @@ pub(super) fn draw(study: &Study) -> Canvas {
         gradient(&mut figure.canvas, pixels, study.side, &shading, space);
     }
     bar(&mut figure, cells[3], &shading, "∂_{θ}I (1/rad)");
-    let indirect = |method: &Parts| blocks(&method.mean(Part::Indirect), study.side);
-    let faint = Shading::signed_covering(&luminance(&indirect(&study.edges)), COVERED);
+    let faint = Shading::signed_covering(&luminance(&study.edges.mean(Part::Indirect)), COVERED);
     let methods: [(&str, &Parts, &str); 2] =
         [("warped area", &study.warped, "only (h)"), ("edge sampling", &study.edges, "only (l)")];
     for ((by, method, label), row) in methods.into_iter().zip(cells[4..].chunks(4)) {
         for (part, cell) in Part::ALL.into_iter().skip(1).zip(row) {
+            if part == Part::Indirect && !shows_indirect {
+                continue;
+            }
             let [name, _] = part.names();
             let title = if part == Part::Interior { format!("{by}: {name}") } else { name.to_owned() };
             let space = figure.panel(*cell, &title);
-            if part == Part::Indirect {
-                gradient(&mut figure.canvas, &indirect(method), study.side / BLOCK, &faint, space);
-            } else {
-                gradient(&mut figure.canvas, &method.mean(part), study.side, &shading, space);
-            }
+            let shading = if part == Part::Indirect { &faint } else { &shading };
+            gradient(&mut figure.canvas, &method.mean(part), study.side, shading, space);
         }
-        bar(&mut figure, row[3], &faint, label);
+        if shows_indirect {
+            bar(&mut figure, row[3], &faint, label);
+        }
     }
     figure.canvas
-}
-
-/// The mean over every block of pixels.
-fn blocks(pixels: &[DVec3], side: usize) -> Vec<DVec3> {
-    let across = side / BLOCK;
-    let mut means = vec![DVec3::ZERO; across * across];
-    for (i, pixel) in pixels.iter().enumerate() {
-        let [x, y] = [i % side / BLOCK, i / side / BLOCK];
-        if x < across && y < across {
-            means[y * across + x] += *pixel / (BLOCK * BLOCK) as f64;
-        }
-    }
-    means
 }
 
 fn bar(figure: &mut Figure, beside: Rect, shading: &Shading, label: &str) {

@@ -68,10 +68,10 @@ fn effort(quality: Quality) -> Effort {
         }
         Quality::Draft => live,
         Quality::Sketch => Effort {
-            side: 12,
-            views: 2,
-            cells: 4,
-            phases: vec![1; 3],
+            side: 20,
+            views: 4,
+            cells: 6,
+            phases: vec![2, 1, 1],
             shown: 4,
             points: 200,
             meshed: 16,
