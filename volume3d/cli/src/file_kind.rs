@@ -156,6 +156,34 @@ pub(super) fn read_configuration(path: &Path) -> anyhow::Result<String> {
     })
 }
 
+/// That a file named by a key of a configuration is there, or what is in its folder. `key` says which, in
+/// words.
+pub(super) fn check_there(path: &Path, key: &str) -> anyhow::Result<()> {
+    if path.exists() && !path.is_dir() {
+        return Ok(());
+    }
+    let shown = path.display();
+    if path.is_dir() {
+        bail!("{key} = \"{shown}\" is a folder; name a file in it");
+    }
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let whole = folder.canonicalize().map_err(|_| {
+        anyhow!(
+            "{key} = \"{shown}\": there is no folder {}; paths are from the folder of the configuration",
+            folder.display()
+        )
+    })?;
+    let wanted = path.file_name().unwrap_or_default().to_string_lossy();
+    let entries = std::fs::read_dir(folder).into_iter().flatten().filter_map(Result::ok);
+    let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
+    let distance = |found: &str| strsim::osa_distance(&wanted.to_lowercase(), &found.to_lowercase());
+    // The files of a folder have no order of their own.
+    let near =
+        names.min_by_key(|found| (distance(found), found.clone())).filter(|found| distance(found) <= 3);
+    let near = near.map_or(String::new(), |found| format!("; did you mean {found}?"));
+    bail!("{key} = \"{shown}\": there is no {wanted} in {}{near}", whole.display())
+}
+
 /// The files of a folder that may have been meant.
 fn among(folder: &Path, ending: &str) -> String {
     const SHOWN: usize = 3;

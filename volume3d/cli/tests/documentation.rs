@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
 use glam::DVec3;
 use tempfile::TempDir;
 use volume3d::Image;
@@ -260,6 +262,29 @@ fn every_line_runs() {
     }
     assert!(faults.is_empty(), "{}", faults.join("\n"));
     assert!(run > 8, "only {run} lines of the program were found");
+}
+
+/// Pictures are in the pages of the documentation as they are in the guide's folder.
+#[test]
+fn pages_have_their_pictures() {
+    let folder = root().join("volume3d/guide/pictures");
+    let mut seen = 0;
+    for entry in std::fs::read_dir(&folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_none_or(|ending| ending != "png") {
+            continue;
+        }
+        let (bytes, stem) =
+            (std::fs::read(&path).unwrap(), path.file_stem().unwrap().to_string_lossy().into_owned());
+        let encoded = std::fs::read_to_string(path.with_extension("png.b64")).unwrap();
+        assert_eq!(encoded, STANDARD.encode(&bytes), "{stem}");
+        assert!(bytes.len() < 1 << 16, "{stem}: {} bytes", bytes.len());
+        let page = read(&format!("volume3d/guide/{stem}.md"));
+        assert!(page.contains(&format!("[picture]: pictures/{stem}.png")), "{stem}");
+        assert!(page.contains("][picture]") && page.contains("views.png"), "{stem}");
+        seen += 1;
+    }
+    assert!(seen > 1, "{seen} pictures");
 }
 
 /// The program can be had before it is called.

@@ -184,10 +184,12 @@ fn unknown(key: &str, message: &str, table: &str) -> String {
     let home = TABLES.iter().filter(|other| other.name != table && (other.keys)().iter().any(|k| k == key));
     let homes: Vec<&str> = home.map(|table| table.written).collect();
     if !homes.is_empty() {
-        return format!(
-            "`{key}` is not a key of {here}, under which it stands; it belongs to {}",
-            homes.join(" or ")
-        );
+        let here = if table.is_empty() {
+            "the top of the file".to_owned()
+        } else {
+            format!("{here}, under which it stands")
+        };
+        return format!("`{key}` is not a key of {here}; it belongs to {}", homes.join(" or "));
     }
     let near = suggestion(message);
     if !near.is_empty() {
@@ -214,7 +216,7 @@ fn missing(key: &str, table: &str, line: &str) -> String {
         );
     }
     match written {
-        Some(written) => format!("[{table}] has no `{key}`; add {written}"),
+        Some(written) => format!("`{line}` has no `{key}`; add {written}"),
         None if key == "kind" => format!(
             "`{line}` has no kind, such as {{ kind = \"l2\" }} of a loss or {{ kind = \"cosine\" }} of a schedule"
         ),

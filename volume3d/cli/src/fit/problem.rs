@@ -15,7 +15,7 @@ use volume3d::scene::Scene;
 use volume3d::sdf::{Baked, Grid, Guided};
 
 use super::super::contact;
-use super::super::file_kind::read_configuration;
+use super::super::file_kind::{check_there, read_configuration};
 use super::super::method::{self, Method, MethodOptions};
 use super::super::session::{Bar, Loaded, silent};
 use super::config::{Config, MasksConfig, RegularizerConfig, apart_from_steps, definitions};
@@ -45,6 +45,11 @@ impl Problem {
         let mut config = parse(&text, path)?;
         // Targets may take long to render.
         Folder::check(run, &text)?;
+        let scenes = std::iter::once(("scene", &config.scene));
+        let reference = config.reference.iter().map(|reference| ("[reference]: scene", &reference.scene));
+        for (key, scene) in scenes.chain(reference).filter(|(_, scene)| !scene.is_dir()) {
+            check_there(scene, &format!("{}: {key}", path.display()))?;
+        }
         let loaded = Loaded::read(&config.scene, &definitions(&config.define))?;
         loaded.say_deviations();
         let Loaded { scene, mut files, deviations, .. } = loaded;
@@ -52,7 +57,8 @@ impl Problem {
         let said = |error: anyhow::Error| anyhow!(message::with_line(&error.to_string(), &text, path));
         let parameters = parameters(&config, &scene).map_err(said)?;
         let x = start(&config, &scene, &parameters).map_err(said)?;
-        let (views, more) = views(&config, &scene)?;
+        let of_view = |e: anyhow::Error| if e.to_string().starts_with("view") { said(e) } else { e };
+        let (views, more) = views(&config, &scene).map_err(of_view)?;
         files.extend(more);
         let follows = |q: &Quantity| {
             matches!(q, Quantity::CameraTranslation | Quantity::CameraRotation | Quantity::FieldOfView)

@@ -12,6 +12,7 @@ use volume3d::io::{Encoding, covered, load_image, load_image_over, read_npy};
 use volume3d::optimize::View;
 use volume3d::scene::{Camera, Environment, Film, Scene, TraceCounts};
 
+use super::super::file_kind::check_there;
 use super::super::output::colour;
 use super::super::session::{Bar, Loaded, check_size, located, lost, say, silent};
 use super::super::signals::is_stop;
@@ -45,7 +46,7 @@ pub(super) fn views(config: &Config, scene: &Scene) -> anyhow::Result<(Vec<View>
         let target = match (&view.target, &mut reference) {
             (Some(path), _) => {
                 files.push(path.clone());
-                there(path, &name, "target")?;
+                check_there(path, &format!("view `{name}`: target"))?;
                 picture(path, view, background, &film, &name)?
             }
             (None, Some(reference)) => {
@@ -64,14 +65,14 @@ pub(super) fn views(config: &Config, scene: &Scene) -> anyhow::Result<(Vec<View>
         };
         let weights = view.weights.as_ref().map(|path| {
             files.push(path.clone());
-            there(path, &name, "weights")?;
+            check_there(path, &format!("view `{name}`: weights"))?;
             let weights = load_image(path, true)?;
             check_picture(&weights, path, &film, &name)?;
             Ok::<_, anyhow::Error>(weights)
         });
         let mask = view.mask.as_ref().map(|path| {
             files.push(path.clone());
-            there(path, &name, "mask")?;
+            check_there(path, &format!("view `{name}`: mask"))?;
             let mask = load_image(path, true)?;
             check_picture(&mask, path, &film, &name)?;
             let mask = covered(&mask);
@@ -187,33 +188,6 @@ fn say_of_mask(mask: &[bool], name: &str) {
         };
         eprintln!("WARNING: the mask of view `{name}` is {what}");
     }
-}
-
-/// That a picture of a view is there, or what is in its folder.
-fn there(path: &Path, name: &str, key: &str) -> anyhow::Result<()> {
-    if path.exists() && !path.is_dir() {
-        return Ok(());
-    }
-    let shown = path.display();
-    if path.is_dir() {
-        bail!(
-            "view `{name}`: {key} = \"{shown}\" is a folder; each view names one picture, and [dtu] a folder"
-        );
-    }
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let whole = folder.canonicalize().map_err(|_| {
-        anyhow!(
-            "view `{name}`: {key} = \"{shown}\": there is no folder {}; paths are from the folder of the configuration",
-            folder.display()
-        )
-    })?;
-    let wanted = path.file_name().unwrap_or_default().to_string_lossy();
-    let entries = std::fs::read_dir(folder).into_iter().flatten().filter_map(Result::ok);
-    let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
-    let near = names.min_by_key(|found| strsim::osa_distance(&wanted.to_lowercase(), &found.to_lowercase()));
-    let near = near.filter(|found| strsim::osa_distance(&wanted.to_lowercase(), &found.to_lowercase()) <= 3);
-    let near = near.map_or(String::new(), |found| format!("; did you mean {found}?"));
-    bail!("view `{name}`: {key} = \"{shown}\": there is no {wanted} in {}{near}", whole.display())
 }
 
 fn picture(

@@ -431,21 +431,7 @@ fn help_teaches() {
     for word in ["right-handed", "radians", "scene units", "biased", "unbiased", "camera:fov:rate"] {
         assert!(gradient.contains(word), "{word}: {gradient}");
     }
-    for command in ["render", "check", "tune", "info", "lint"] {
+    for command in ["new", "render", "check", "tune", "info", "lint", "fit"] {
         assert!(place.succeed(&format!("{command} --help")).len() > 300, "{command}");
-    }
-}
-
-/// The configuration that the help of `fit` shows can be pasted.
-#[test]
-fn the_configuration_of_the_help_is_one() {
-    let help = Place::new().succeed("fit --help");
-    let from = help.find("All that there is").unwrap();
-    let lines = help[from..].lines().skip(1).skip_while(|line| line.trim().is_empty());
-    let text: Vec<&str> =
-        lines.take_while(|line| line.starts_with("  ") && !line.trim().is_empty()).collect();
-    let table: toml::Table = text.join("\n").parse().unwrap_or_else(|error| panic!("{error}"));
-    for key in ["loss", "reference", "view", "parameter", "dtu", "masks", "regularizer"] {
-        assert!(table.contains_key(key), "{key}: {table:?}");
     }
 }

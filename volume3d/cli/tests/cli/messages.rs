@@ -97,7 +97,7 @@ const CHANGED: [(&str, &str, &[&str]); 64] = [
     ("steps = 2", "steps = 2\nstarts = 0", &["starts = 0, but must be from 1 to 64; 8 is usual"]),
     ("rate = 0.04", "rate = 0.04\nspread = -1", &["the spread of `block.translation` is -1"]),
     // Keys that are missing, unknown, or elsewhere.
-    ("rate = 0.04\n", "", &["line 11: [parameter] has no `rate`; add rate = 0.02"]),
+    ("rate = 0.04\n", "", &["line 11: `[[parameter]]` has no `rate`; add rate = 0.02"]),
     ("steps = 2\n", "", &["fit.toml: there is no `steps` at the top of the file; add steps = 100"]),
     (
         "scene = \"scene.xml\"\nsteps",
