@@ -114,6 +114,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     let (estimator, chosen) = problem::chosen(&config, &fit, &mut scene).map_err(stopped)?;
     let is_new = kept.is_none();
     if is_new {
+        say(&problem::missed(&config, &fit, &scene)?);
         say(&problem::contacts(&fit, &scene));
         problem::check_views(&config, &fit, &mut scene).map_err(stopped)?;
     }
