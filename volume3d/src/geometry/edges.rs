@@ -29,18 +29,16 @@ impl Edges {
     ///
     /// A triangle with a repeated corner has an edge with equal ends.
     #[must_use]
-    pub fn of(triangles: impl ExactSizeIterator<Item = [u32; 3]>) -> Self {
-        let mut sides = Vec::with_capacity(3 * triangles.len());
-        let mut largest = 0;
-        for (triangle, corners) in (0..).zip(triangles) {
-            for corner in 0..3 {
+    pub fn of(triangles: impl ExactSizeIterator<Item = [u32; 3]> + Clone) -> Self {
+        let count = 3 * triangles.len();
+        let sides = (0..).zip(triangles).flat_map(|(triangle, corners): (u32, [u32; 3])| {
+            [0, 1, 2].map(|corner| {
                 let [a, b] = [corners[corner], corners[(corner + 1) % 3]];
                 let ends = [a.min(b), a.max(b)];
-                largest = largest.max(ends[0]);
-                sides.push(HalfEdge { ends, triangle, corner: corner as u32, ascending: a < b });
-            }
-        }
-        Self { sides: in_order(&sides, largest as usize) }
+                HalfEdge { ends, triangle, corner: corner as u32, ascending: a < b }
+            })
+        });
+        Self { sides: in_order(sides, count) }
     }
 
     /// The half-edges of every edge, in the order of their ends.
@@ -54,23 +52,24 @@ impl Edges {
     }
 }
 
-/// Sorts by the lower ends, up to `largest`, by counting, and then those few that share one.
-fn in_order(sides: &[HalfEdge], largest: usize) -> Vec<HalfEdge> {
-    let Some(&first) = sides.first() else { return vec![] };
-    if largest > MOST * sides.len() {
-        let mut sorted = sides.to_vec();
+/// Sorts by the lower ends, by counting and without a second table, and then those few that share one.
+fn in_order(sides: impl Iterator<Item = HalfEdge> + Clone, count: usize) -> Vec<HalfEdge> {
+    let Some(first) = sides.clone().next() else { return vec![] };
+    let largest = sides.clone().map(|side| side.ends[0]).max().unwrap_or(0) as usize;
+    if largest > MOST * count {
+        let mut sorted: Vec<HalfEdge> = sides.collect();
         sorted.par_sort_unstable();
         return sorted;
     }
     let mut next = vec![0_u32; largest + 2];
-    sides.iter().for_each(|side| next[side.ends[0] as usize + 1] += 1);
+    sides.clone().for_each(|side| next[side.ends[0] as usize + 1] += 1);
     for end in 0..=largest {
         next[end + 1] += next[end];
     }
-    let mut sorted = vec![first; sides.len()];
+    let mut sorted = vec![first; count];
     for side in sides {
         let place = &mut next[side.ends[0] as usize];
-        sorted[*place as usize] = *side;
+        sorted[*place as usize] = side;
         *place += 1;
     }
     // Each entry is now the start of the next.

@@ -73,6 +73,7 @@ impl Scene {
         for (s, shape) in description.shapes.iter().enumerate() {
             let mesh = &shape.mesh;
             let [p0, n0, t0] = [positions.len(), normals.len(), uvs.len()].map(|n| n as u32);
+            triangles.reserve_exact(mesh.triangles().len());
             positions.extend(mesh.positions().iter().map(|p| *p - placed.offset));
             let normal_triangles = match mesh.normals() {
                 Normals::Face => None,
@@ -104,6 +105,7 @@ impl Scene {
         vertex_normals.compute(&positions, &mut normals);
         let corners: Vec<[u32; 3]> = triangles.iter().map(|t| t.positions).collect();
         let accelerator = Accelerator::build(&positions, &corners);
+        drop(corners);
         let coordinates = description.coordinates();
         let tables = Tables { positions: &positions, triangles: &triangles, origin: -placed.offset };
         let shading = Shading { normals: &normals, uvs: &uvs, coordinates: &coordinates };

@@ -77,6 +77,7 @@ fn softened_fields_are_bounded() {
         change.translate(&scene, shape, DVec3::new(number(), number(), number()));
     }
     let tree = SceneEdges::new(&scene);
+    tree.measure(&scene);
     let mut trace = Trace { direction: DVec3::ZERO, points: vec![], end: End::Miss };
     for part in [0.05, 0.3, 1.0] {
         let softness = part * REACH;

@@ -32,10 +32,9 @@ impl Crowding {
     pub(super) fn of(tree: &Tree, rounding: f64) -> Self {
         let mut rng = stream(0, &[VIEWERS as u64]);
         let mut number = || 2.0 * open01(&mut rng) - 1.0;
-        let edges = tree.edges();
-        let viewers = edges.iter().step_by(edges.len().div_ceil(VIEWERS).max(1));
+        let viewers = tree.slots().step_by(tree.len().div_ceil(VIEWERS).max(1));
         let (mut found, mut looked) = (0, 0);
-        for edge in viewers {
+        for edge in viewers.map(|slot| tree.edge(slot)) {
             let up: DVec3 = edge.normals.iter().sum();
             let axis = DVec3::new(number(), number(), number()).normalize_or(DVec3::X);
             let axis = if axis.dot(up) < 0.0 { -axis } else { axis };
@@ -57,6 +56,7 @@ impl Crowding {
 #[cfg(test)]
 mod tests {
     use super::super::edge::Edge;
+    use super::super::tree::Layout;
     use super::*;
     use crate::scene::{NONE, Span};
 
@@ -78,7 +78,7 @@ mod tests {
             owners: [NONE; 2],
             seam: false,
         };
-        Crowding::of(&Tree::new(sides.map(edge).collect(), vec![]), 1e-13)
+        Crowding::of(&Layout::new(sides.map(edge).collect(), vec![]).finish(), 1e-13)
     }
 
     #[test]

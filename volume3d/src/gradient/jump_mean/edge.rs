@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::arc::AngularSupport;
-use crate::scene::Span;
+use crate::scene::{NONE, Span};
 
 /// An edge with the data that decide whether it is a silhouette.
 #[derive(Clone, Copy, Debug)]
@@ -13,7 +13,8 @@ pub(crate) struct Edge {
     /// Normals of the two triangles that continue one another across it; zero if it is a discontinuity from
     /// every viewpoint: the border of a surface, an edge of three triangles, or a crossing.
     pub(super) normals: [DVec3; 2],
-    /// Faces of these two triangles.
+    /// Faces of these two triangles. They are forgotten in a hierarchy: the table of faces has their
+    /// borders.
     pub(super) faces: [u32; 2],
     /// Faces that end at the edge, at most two; a softened field follows the edge exactly where one of them
     /// is visible.
@@ -29,6 +30,31 @@ impl Edge {
         let [a, b] = self.normals.map(|n| n.dot(way));
         // Seen from within one of the planes it is one, up to rounding.
         a * b <= 0.0 || a.abs().min(b.abs()) <= cone.rounding
+    }
+}
+
+/// An edge without what the leaf of a hierarchy holds of it, its places and normals.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rest {
+    pub(super) span: Span,
+    pub(super) owners: [u32; 2],
+    pub(super) seam: bool,
+}
+
+impl Rest {
+    /// No edge.
+    pub(super) const NONE: Self = Self { span: Span::Edge([NONE; 2]), owners: [NONE; 2], seam: false };
+
+    pub(super) fn of(edge: &Edge) -> Self {
+        let Edge { span, owners, seam, .. } = *edge;
+        Self { span, owners, seam }
+    }
+
+    /// The edge.
+    #[inline(always)]
+    pub(super) fn with(self, places: [DVec3; 2], normals: [DVec3; 2]) -> Edge {
+        let Self { span, owners, seam } = self;
+        Edge { span, places, normals, faces: [NONE; 2], owners, seam }
     }
 }
 

@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 
-use super::edge::{Cone, Edge, HalfSpace};
+use super::edge::{Cone, Edge, HalfSpace, Rest};
 use crate::lanes::{Half, Lanes, WIDTH};
 
 /// Edges per leaf.
@@ -21,21 +21,34 @@ pub(super) type Row = [Half; 3];
 pub(super) struct Leaf {
     places: [Row; 2],
     normals: [Row; 2],
-    /// Index of the first edge among all edges.
-    pub(super) first: u32,
-    /// Bit mask of occupied lanes.
+    /// Bit mask of occupied lanes: the first ones.
     lanes: u32,
 }
 
 impl Leaf {
-    pub(super) fn new(edges: &[Edge], first: usize) -> Self {
+    pub(super) fn new(edges: &[Edge]) -> Self {
         let rows = |of: fn(&Edge) -> [DVec3; 2]| {
             [0, 1].map(|end| {
                 [0, 1, 2].map(|k| std::array::from_fn(|lane| edges.get(lane).map_or(0.0, |e| of(e)[end][k])))
             })
         };
         let lanes = (1 << edges.len()) - 1;
-        Self { places: rows(|e| e.places), normals: rows(|e| e.normals), first: first as u32, lanes }
+        Self { places: rows(|e| e.places), normals: rows(|e| e.normals), lanes }
+    }
+
+    /// Number of edges.
+    pub(super) fn len(&self) -> usize {
+        self.lanes.count_ones() as usize
+    }
+
+    /// The edge in a lane, with what the leaf does not hold of it.
+    #[inline(always)]
+    pub(super) fn edge(&self, lane: usize, rest: Rest) -> Edge {
+        let vector = |rows: &Row| DVec3::from_array(rows.map(|row| row[lane]));
+        rest.with(
+            [vector(&self.places[0]), vector(&self.places[1])],
+            [vector(&self.normals[0]), vector(&self.normals[1])],
+        )
     }
 
     /// Bit mask of the edges that may enter a cone in front of its planes and that are silhouettes from its
@@ -176,7 +189,7 @@ mod tests {
                     }
                 })
                 .collect();
-            let leaf = Leaf::new(&edges, 7);
+            let leaf = Leaf::new(&edges);
             let origin = 2.0 * point();
             let axis = (edges[0].places[trial % 2] - origin + 0.2 * point()).normalize();
             let planes = [(); 2].map(|()| HalfSpace { normal: point(), point: point(), slack: 0.01 });

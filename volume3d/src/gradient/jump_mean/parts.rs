@@ -37,76 +37,72 @@ pub(super) fn kinds(edges: &mut [Edge], unit: f64) -> Vec<Range<usize>> {
     ranges.collect()
 }
 
-/// A permutation of edges, applied at the end.
-pub(super) struct Order {
-    indices: Vec<u32>,
-    extents: Vec<Extent>,
-    keys: Vec<(f64, u32)>,
-}
-
-impl Order {
-    /// The identity.
-    pub(super) fn of(edges: &[Edge], unit: f64) -> Self {
-        let extents = edges.iter().map(|edge| Extent::of(edge, unit)).collect();
-        Self { indices: (0..edges.len() as u32).collect(), extents, keys: vec![] }
-    }
-
-    /// Puts edges in this order, where they are: a second table of them would be as large as all else that is
-    /// made of a mesh.
-    pub(super) fn apply(self, edges: &mut [Edge]) {
-        let Self { mut indices, extents, keys } = self;
-        drop((extents, keys));
-        for start in 0..edges.len() {
-            // The cycle of places from here on; those that are done have themselves for an index.
-            let (first, mut at) = (edges[start], start);
-            loop {
-                let from = std::mem::replace(&mut indices[at], at as u32) as usize;
-                if from == start {
-                    edges[at] = first;
-                    break;
-                }
-                edges[at] = edges[from];
-                at = from;
+/// Puts edges in an order, where they are: a second table of them would be as large as all else that is made
+/// of a mesh.
+pub(super) fn apply(mut order: Vec<u32>, edges: &mut [Edge]) {
+    for start in 0..edges.len() {
+        // The cycle of places from here on; those that are done have themselves for an index.
+        let (first, mut at) = (edges[start], start);
+        loop {
+            let from = std::mem::replace(&mut order[at], at as u32) as usize;
+            if from == start {
+                edges[at] = first;
+                break;
             }
+            edges[at] = edges[from];
+            at = from;
         }
     }
-
-    /// Sorts a range along an axis of positions or normals, and returns the start of the second half, at a
-    /// whole number of leaves.
-    pub(super) fn halve(&mut self, range: Range<usize>) -> usize {
-        let Self { indices, extents, keys } = self;
-        let part = &mut indices[range.clone()];
-        let middle = (part.len() / 2).next_multiple_of(LEAF);
-        let some = part.iter().step_by(part.len().div_ceil(SAMPLE)).copied();
-        let axis = best_axis(extents, some, middle as f64 / part.len() as f64, keys);
-        keys.clear();
-        keys.extend(part.iter().map(|&i| (extents[i as usize].along(axis), i)));
-        keys.select_nth_unstable_by(middle, |(a, i), (b, j)| a.total_cmp(b).then(i.cmp(j)));
-        part.iter_mut().zip(keys).for_each(|(index, (_, i))| *index = *i);
-        range.start + middle
-    }
 }
 
-/// The axis along which the two parts are least likely to be entered, at a given split.
-fn best_axis(
-    extents: &[Extent],
-    some: impl Iterator<Item = u32> + Clone,
-    part: f64,
-    keys: &mut Vec<(f64, u32)>,
-) -> usize {
-    let costs = [0, 1, 2, 3, 4, 5].map(|axis| {
+/// Sort keys of edges, and their indices.
+pub(super) type Keys = Vec<(f64, u32)>;
+
+/// Edges that are halved by their indices.
+#[derive(Clone, Copy)]
+pub(super) struct Halving<'e> {
+    pub(super) edges: &'e [Edge],
+    /// Inverse size of the scene.
+    pub(super) unit: f64,
+}
+
+impl Halving<'_> {
+    /// Sorts indices along an axis of positions or normals, and returns where the second half starts, at a
+    /// whole number of leaves.
+    pub(super) fn halve(self, part: &mut [u32], keys: &mut Keys) -> usize {
+        let middle = (part.len() / 2).next_multiple_of(LEAF);
+        let some = part.iter().step_by(part.len().div_ceil(SAMPLE)).copied();
+        let axis = self.best_axis(some, middle as f64 / part.len() as f64, keys);
         keys.clear();
-        keys.extend(some.clone().map(|i| (extents[i as usize].along(axis), i)));
-        let middle = (part * keys.len() as f64) as usize;
+        keys.extend(part.iter().map(|&i| (self.along(i, axis), i)));
         keys.select_nth_unstable_by(middle, |(a, i), (b, j)| a.total_cmp(b).then(i.cmp(j)));
-        let (first, second) = keys.split_at(middle);
-        let cost = |half: &[(f64, u32)]| {
-            let around = Extent::around(half.iter().map(|&(_, i)| &extents[i as usize]));
-            half.len() as f64 * around.likelihood()
-        };
-        cost(first) + cost(second)
-    });
-    (0..costs.len()).min_by(|&a, &b| costs[a].total_cmp(&costs[b])).unwrap_or(0)
+        part.iter_mut().zip(keys).for_each(|(index, (_, i))| *index = *i);
+        middle
+    }
+
+    /// The axis along which the two parts are least likely to be entered, at a given split.
+    fn best_axis(self, some: impl Iterator<Item = u32> + Clone, part: f64, keys: &mut Keys) -> usize {
+        let costs = [0, 1, 2, 3, 4, 5].map(|axis| {
+            keys.clear();
+            keys.extend(some.clone().map(|i| (self.along(i, axis), i)));
+            let middle = (part * keys.len() as f64) as usize;
+            keys.select_nth_unstable_by(middle, |(a, i), (b, j)| a.total_cmp(b).then(i.cmp(j)));
+            let (first, second) = keys.split_at(middle);
+            let cost = |half: &[(f64, u32)]| {
+                let extents = half.iter().map(|&(_, i)| Extent::of(&self.edges[i as usize], self.unit));
+                half.len() as f64 * Extent::around(extents).likelihood()
+            };
+            cost(first) + cost(second)
+        });
+        (0..costs.len()).min_by(|&a, &b| costs[a].total_cmp(&costs[b])).unwrap_or(0)
+    }
+
+    /// Twice the midpoint of an edge along an axis: three of positions, three of normals.
+    fn along(self, index: u32, axis: usize) -> f64 {
+        let Edge { places: [p, q], normals: [m, n], .. } = &self.edges[index as usize];
+        let k = axis % 3;
+        if axis < 3 { self.unit * p[k] + self.unit * q[k] } else { m[k] + n[k] }
+    }
 }
 
 /// Least and largest coordinates of positions, in units of the scene, and of normals.
@@ -122,17 +118,12 @@ impl Extent {
         Self { low: [p.min(q), m.min(n)], high: [p.max(q), m.max(n)] }
     }
 
-    fn around<'e>(extents: impl Iterator<Item = &'e Self>) -> Self {
+    fn around(extents: impl Iterator<Item = Self>) -> Self {
         let nothing = Self { low: [DVec3::INFINITY; 2], high: [DVec3::NEG_INFINITY; 2] };
         extents.fold(nothing, |all, one| Self {
             low: [0, 1].map(|k| all.low[k].min(one.low[k])),
             high: [0, 1].map(|k| all.high[k].max(one.high[k])),
         })
-    }
-
-    /// Twice the midpoint along an axis: three of positions, three of normals.
-    fn along(&self, axis: usize) -> f64 {
-        self.low[axis / 3][axis % 3] + self.high[axis / 3][axis % 3]
     }
 
     /// Relative probability that a query enters.
@@ -177,9 +168,9 @@ mod tests {
                 edge([at, at + 1e-3 * point()], [normal; 2])
             })
             .collect();
-        let mut order = Order::of(&edges, 1e-3);
-        let middle = order.halve(0..64);
-        order.apply(&mut edges);
+        let mut order: Vec<u32> = (0..64).collect();
+        let middle = Halving { edges: &edges, unit: 1e-3 }.halve(&mut order, &mut vec![]);
+        apply(order, &mut edges);
         assert_eq!(middle, 32);
         assert!(edges[..middle].iter().all(|e| e.normals == edges[0].normals));
     }

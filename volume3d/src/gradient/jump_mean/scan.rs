@@ -266,7 +266,7 @@ fn a_softened_field_is_the_same_from_both_sides_where_faces_continue_one_another
         let all = |e: &Edge| Edge { owners: [NONE; 2], seam: false, ..*e };
         let faces = Faces::grow(&scene);
         let softened = edges(&scene, &faces).iter().map(all).collect();
-        let softened = SceneEdges::assemble(softened, faces);
+        let softened = SceneEdges::assemble(softened, faces.into());
         let (jump, met, largest) = scan_where(&scene, &SceneEdges::new(&scene), reach, continues);
         let (wrong, ..) = scan_where(&scene, &softened, reach, continues);
         println!("{}: met {met}, jump {jump:.1e}, with softened borders {wrong:.1e}", kind.name);
@@ -281,13 +281,14 @@ fn a_softened_field_is_the_same_from_both_sides_where_faces_continue_one_another
 fn uncrossed(scene: &Scene) -> SceneEdges {
     let faces = Faces::grow(scene);
     let kept = |e: &Edge| matches!(e.span, Span::Edge(_));
-    SceneEdges::assemble(edges(scene, &faces).into_iter().filter(kept).collect(), faces)
+    SceneEdges::assemble(edges(scene, &faces).into_iter().filter(kept).collect(), faces.into())
 }
 
 /// Edges of triangles in place of faces, with seams as discontinuities.
 fn faceless(scene: &Scene) -> SceneEdges {
     let faces: Vec<u32> = (0..scene.triangles.len() as u32).collect();
-    SceneEdges::assemble(edges(scene, &faces).into_iter().map(|e| Edge { seam: false, ..e }).collect(), faces)
+    let split = edges(scene, &faces).into_iter().map(|e| Edge { seam: false, ..e });
+    SceneEdges::assemble(split.collect(), faces.into())
 }
 
 #[test]

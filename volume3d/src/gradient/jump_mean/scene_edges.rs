@@ -1,12 +1,14 @@
 //! All edges of a scene, with queries for discontinuities near a direction.
 
+use std::sync::{Arc, OnceLock};
+
 use glam::DVec3;
 
 use super::crowding::Crowding;
 use super::edge::{Cone, Edge};
 use super::extent::Extents;
 use super::faces::Faces;
-use super::tree::Tree;
+use super::tree::{Layout, Tree};
 use crate::geometry::Edges;
 use crate::scene::{NONE, Scene, Span};
 
@@ -15,29 +17,34 @@ use crate::scene::{NONE, Scene, Span};
 pub(crate) struct SceneEdges {
     tree: Tree,
     faces: Faces,
-    extents: Extents,
+    /// Sizes of faces, once they are measured.
+    extents: OnceLock<Extents>,
     crowding: Crowding,
 }
 
 impl SceneEdges {
     /// Edges and crossings of a scene.
     pub(crate) fn new(scene: &Scene) -> Self {
-        let faces = Faces::grown(scene).to_vec();
-        let (edges, extents) = (edges(scene, &faces), Extents::new(scene, &faces));
-        let all = Self { extents, ..Self::assemble(edges, faces) };
+        let faces = Faces::grown(scene);
+        let all = Self::assemble(edges(scene, &faces), faces);
         Self { crowding: Crowding::of(&all.tree, scene.rounding()), ..all }
     }
 
     /// From edges and the first triangle of each triangle's face.
-    pub(super) fn assemble(edges: Vec<Edge>, faces: Vec<u32>) -> Self {
-        let mut edges = edges;
+    pub(super) fn assemble(mut edges: Vec<Edge>, faces: Arc<[u32]>) -> Self {
         let flat: Vec<Edge> = edges.iter().filter(|e| is_flat(e.normals)).copied().collect();
         if !flat.is_empty() {
             edges.retain(|e| !is_flat(e.normals));
         }
-        let tree = Tree::new(edges, flat);
-        let faces = Faces::new(faces, tree.edges());
-        Self { tree, faces, extents: Extents::default(), crowding: Crowding::default() }
+        let layout = Layout::new(edges, flat);
+        let faces = Faces::new(faces, &layout);
+        let tree = layout.finish();
+        Self { tree, faces, extents: OnceLock::new(), crowding: Crowding::default() }
+    }
+
+    /// Measures faces, which softened fields need.
+    pub(crate) fn measure(&self, scene: &Scene) {
+        self.extents.get_or_init(|| Extents::new(scene, self.faces.first()));
     }
 
     /// The reach, in radians, reduced where silhouettes are dense.
@@ -52,13 +59,20 @@ impl SceneEdges {
 
     /// Softness, in radians, with which a softened field follows the border of a triangle's face seen from
     /// `origin`, given that of other discontinuities: 0 unless the face is narrow.
+    ///
+    /// # Panics
+    /// If the softness is not 0, and faces are not [measured](Self::measure).
     pub(crate) fn border_softness(&self, triangle: u32, origin: DVec3, softness: f64) -> f64 {
-        self.extents.border_softness(self.plane(triangle), origin, softness)
+        if softness == 0.0 {
+            return 0.0;
+        }
+        let extents = self.extents.get().expect("faces are measured for softened fields");
+        extents.border_softness(self.plane(triangle), origin, softness)
     }
 
     /// Calls back with every non-silhouette edge of a triangle's face that may be within the cone.
     pub(crate) fn for_each_of_face(&self, triangle: u32, cone: &Cone<'_>, f: impl FnMut(&Edge)) {
-        self.faces.for_each(self.tree.edges(), triangle, cone, f);
+        self.faces.for_each(&self.tree, triangle, cone, f);
     }
 
     /// Calls back with every silhouette of the scene that may be within the cone, in front of all its planes.
@@ -74,8 +88,8 @@ pub(super) fn edges(scene: &Scene, first: &[u32]) -> Vec<Edge> {
         let [a, b, c] = scene.corners(t);
         (b - a).cross(c - a).normalize_or_zero()
     };
-    let mut all = Vec::with_capacity(3 * scene.triangles.len() / 2);
     let edges = Edges::of(scene.triangles.iter().map(|t| t.positions));
+    let mut all = Vec::with_capacity(edges.iter().count() + scene.crossings().all().len());
     let edges = edges
         .iter()
         .map(|sides| {

@@ -4,77 +4,48 @@
 use std::ops::Range;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
-use super::edge::{Cone, Edge};
+use super::edge::{Cone, Edge, Rest};
 use super::leaf::{LEAF, Leaf};
 use super::node::{Bounds, Frame, Node, Query};
-use super::parts::{Order, kinds};
+use super::parts::{Halving, Keys, apply, kinds};
 use crate::lanes::{Instructions, Lanes, Task, WIDTH, next};
 
 /// Hierarchy of edges.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tree {
     nodes: Vec<Node>,
+    /// Leaves of the hierarchy, followed by those of edges that are never silhouettes.
     leaves: Vec<Leaf>,
-    /// Edges in the hierarchy, followed by those that are never silhouettes.
-    edges: Vec<Edge>,
+    /// What leaves do not hold of their edges, [`LEAF`] of each.
+    rest: Vec<Rest>,
     frame: Frame,
     instructions: Instructions,
 }
 
 impl Tree {
-    /// From edges, and edges that are never silhouettes and appear only in the list.
-    pub(super) fn new(edges: Vec<Edge>, flat: Vec<Edge>) -> Self {
-        let mut tree = Self::of(edges, Bounds::around);
-        tree.edges.extend(flat);
-        tree
-    }
-
     /// From edges that are needed from all viewpoints.
     pub(super) fn of_border(edges: Vec<Edge>) -> Self {
-        Self::of(edges, Bounds::from_everywhere)
+        Layout::of(edges, Bounds::from_everywhere).finish()
     }
 
-    fn of(mut edges: Vec<Edge>, bounds: impl Fn(&[Edge]) -> Bounds + Copy) -> Self {
-        let (low, high) = corners(edges.iter().flat_map(|e| e.places));
-        let frame = Frame { middle: 0.5 * (low + high), unit: 1.0 / (high - low).max_element() };
-        let parts = kinds(&mut edges, frame.unit);
-        let mut order = Order::of(&edges, frame.unit);
-        let plan = (!parts.is_empty()).then(|| Plan::new(&mut order, parts));
-        order.apply(&mut edges);
-        let instructions = Instructions::detect();
-        let mut tree = Self { nodes: vec![], leaves: vec![], edges, frame, instructions };
-        if let Some(plan) = plan {
-            tree.node(plan, bounds);
-        }
-        tree
+    /// The edge of a slot.
+    #[inline(always)]
+    pub(super) fn edge(&self, slot: u32) -> Edge {
+        let slot = slot as usize;
+        self.leaves[slot / LEAF].edge(slot % LEAF, self.rest[slot])
     }
 
-    /// Appends a node and its descendants; returns its index.
-    fn node(&mut self, plan: Plan, bounds: impl Fn(&[Edge]) -> Bounds + Copy) -> u32 {
-        let index = self.nodes.len();
-        let bounded = plan.children.iter().map(|(part, _)| bounds(&self.edges[part.clone()]));
-        let node = Node::new(bounded, &self.frame);
-        self.nodes.push(node);
-        for (lane, (part, below)) in plan.children.into_iter().enumerate() {
-            let child = match below {
-                Some(below) => self.node(below, bounds),
-                None => self.leaf(part),
-            };
-            self.nodes[index].child[lane] = child;
-        }
-        index as u32
+    /// Slots of all edges, in the order of the hierarchy.
+    pub(super) fn slots(&self) -> impl Iterator<Item = u32> + '_ {
+        let of = |(leaf, first): (&Leaf, u32)| first..first + leaf.len() as u32;
+        self.leaves.iter().zip((0..).step_by(LEAF)).flat_map(of)
     }
 
-    /// Appends a leaf; returns its index, marked as a leaf.
-    fn leaf(&mut self, range: Range<usize>) -> u32 {
-        self.leaves.push(Leaf::new(&self.edges[range.clone()], range.start));
-        (self.leaves.len() - 1) as u32 | IS_LEAF
-    }
-
-    /// All edges, in the order of the hierarchy.
-    pub(super) fn edges(&self) -> &[Edge] {
-        &self.edges
+    /// Number of edges.
+    pub(super) fn len(&self) -> usize {
+        self.leaves.iter().map(Leaf::len).sum()
     }
 
     /// Calls back with every edge that may count, among silhouettes or among other edges.
@@ -88,37 +59,180 @@ impl Tree {
         while self.instructions.run((step, &mut descent)) {
             for &(first, mut entering) in &descent.found[..descent.count] {
                 while entering != 0 {
-                    f(&self.edges[first as usize + next(&mut entering)]);
+                    f(&self.edge(first + next(&mut entering) as u32));
                 }
             }
         }
     }
 }
 
-/// Layout below a node: ranges of edges, with their subdivision unless they are leaves.
-struct Plan {
-    children: Vec<(Range<usize>, Option<Plan>)>,
+/// A hierarchy whose edges are in order and not yet in leaves.
+pub(super) struct Layout {
+    nodes: Vec<Node>,
+    edges: Vec<Edge>,
+    /// First edge of each leaf.
+    leaves: Vec<u32>,
+    frame: Frame,
 }
 
-impl Plan {
-    /// From ranges of edges, which are sorted.
-    fn new(order: &mut Order, parts: Vec<Range<usize>>) -> Self {
-        let parts = split(order, parts);
-        let below = |part: Range<usize>| {
-            let plan = (part.len() > LEAF).then(|| Self::new(order, vec![part.clone()]));
-            (part, plan)
-        };
-        Self { children: parts.into_iter().map(below).collect() }
+impl Layout {
+    /// From edges, and edges that are never silhouettes and appear only in the list.
+    pub(super) fn new(edges: Vec<Edge>, flat: Vec<Edge>) -> Self {
+        let mut layout = Self::of(edges, Bounds::around);
+        let first = layout.edges.len();
+        layout.leaves.extend((0..flat.len()).step_by(LEAF).map(|i| (first + i) as u32));
+        layout.edges.extend(flat);
+        layout
+    }
+
+    fn of(mut edges: Vec<Edge>, bounds: impl Fn(&[Edge]) -> Bounds + Copy) -> Self {
+        let (low, high) = corners(edges.iter().flat_map(|e| e.places));
+        let frame = Frame { middle: 0.5 * (low + high), unit: 1.0 / (high - low).max_element() };
+        let parts = kinds(&mut edges, frame.unit);
+        let mut order: Vec<u32> = (0..edges.len() as u32).collect();
+        let halving = Halving { edges: &edges, unit: frame.unit };
+        let plan = (!parts.is_empty()).then(|| Plan::new(halving, &mut order, parts, &mut vec![]));
+        apply(order, &mut edges);
+        let mut layout = Self { nodes: vec![], edges, leaves: vec![], frame };
+        if let Some(plan) = plan {
+            layout.node(plan, bounds);
+        }
+        layout
+    }
+
+    /// Appends a node and its descendants; returns its index.
+    fn node(&mut self, plan: Plan, bounds: impl Fn(&[Edge]) -> Bounds + Copy) -> u32 {
+        let index = self.nodes.len();
+        let bounded = plan.children.iter().map(|(part, _)| bounds(&self.edges[part.clone()]));
+        let node = Node::new(bounded, &self.frame);
+        self.nodes.push(node);
+        let mut pairs = vec![];
+        for (lane, (part, below)) in plan.children.into_iter().enumerate() {
+            let leaf = self.leaves.len() as u32;
+            self.nodes[index].child[lane] = match below {
+                Below::Node(below) => self.node(below, bounds),
+                Below::Pair => {
+                    self.leaves.extend([part.start as u32, (part.start + LEAF) as u32]);
+                    pairs.push((lane, leaf, part));
+                    continue;
+                }
+                Below::Leaf => {
+                    self.leaves.push(part.start as u32);
+                    leaf | IS_LEAF
+                }
+            };
+        }
+        for pairs in pairs.chunks(GROUPS) {
+            let shared = self.nodes.len();
+            let halves = pairs.iter().flat_map(|(_, _, part)| {
+                [part.start..part.start + LEAF, part.start + LEAF..part.end]
+                    .map(|half| bounds(&self.edges[half]))
+            });
+            let mut node = Node::new(halves, &self.frame);
+            for (group, &(lane, leaf, _)) in pairs.iter().enumerate() {
+                (node.child[2 * group], node.child[2 * group + 1]) = (leaf | IS_LEAF, (leaf + 1) | IS_LEAF);
+                self.nodes[index].child[lane] = shared as u32 | ((GROUPS + group) as u32) << GROUP_SHIFT;
+            }
+            self.nodes.push(node);
+        }
+        index as u32
+    }
+
+    /// All edges with their slots, in the order of the hierarchy.
+    pub(super) fn slots(&self) -> impl Iterator<Item = (u32, &Edge)> {
+        let ends = self.leaves[1.min(self.leaves.len())..].iter().copied().chain([self.edges.len() as u32]);
+        let parts =
+            self.leaves.iter().zip(ends).map(|(&start, end)| &self.edges[start as usize..end as usize]);
+        parts.zip((0..).step_by(LEAF)).flat_map(|(part, first)| (first..).zip(part))
+    }
+
+    /// The edge of a slot.
+    pub(super) fn edge(&self, slot: u32) -> &Edge {
+        &self.edges[self.leaves[slot as usize / LEAF] as usize + slot as usize % LEAF]
+    }
+
+    /// Puts edges into leaves, from the last on, and frees their table on the way: both are large.
+    pub(super) fn finish(self) -> Tree {
+        let Self { nodes, mut edges, leaves: firsts, frame } = self;
+        let mut leaves = Vec::with_capacity(firsts.len());
+        let mut rest = Vec::with_capacity(LEAF * firsts.len());
+        for first in firsts.into_iter().rev() {
+            let part = &edges[first as usize..];
+            leaves.push(Leaf::new(part));
+            rest.extend((0..LEAF).rev().map(|lane| part.get(lane).map_or(Rest::NONE, Rest::of)));
+            edges.truncate(first as usize);
+            if edges.len() < edges.capacity() / 8 * 7 {
+                edges.shrink_to_fit();
+            }
+        }
+        leaves.reverse();
+        rest.reverse();
+        Tree { nodes, leaves, rest, frame, instructions: Instructions::detect() }
     }
 }
 
-/// Up to eight ranges, by repeated halving.
-fn split(order: &mut Order, mut parts: Vec<Range<usize>>) -> Vec<Range<usize>> {
+/// Layout below a node: ranges of edges, and what they become.
+struct Plan {
+    children: Vec<(Range<usize>, Below)>,
+}
+
+/// What a range of edges becomes.
+enum Below {
+    /// One leaf.
+    Leaf,
+    /// Two leaves, the first of which is full: a part of a node that several such pairs share.
+    Pair,
+    Node(Plan),
+}
+
+/// Number of edges from which on parts are planned in parallel.
+const PARALLEL: usize = 1 << 14;
+
+impl Plan {
+    /// From adjacent ranges of edges in an order, which is sorted.
+    fn new(halving: Halving<'_>, order: &mut [u32], parts: Vec<Range<usize>>, keys: &mut Keys) -> Self {
+        let start = parts[0].start;
+        let parts = split(halving, order, parts, keys);
+        let below = |(part, order): (Range<usize>, &mut [u32]), keys: &mut Keys| {
+            let below = match part.len() {
+                0..=LEAF => Below::Leaf,
+                n if n <= 2 * LEAF => {
+                    halving.halve(order, keys);
+                    Below::Pair
+                }
+                _ => Below::Node(Self::new(halving, order, vec![part.clone()], keys)),
+            };
+            (part, below)
+        };
+        let is_large = order.len() > PARALLEL;
+        let (mut slices, mut left, mut from) = (vec![], order, start);
+        for part in parts {
+            let (own, others) = left.split_at_mut(part.end - from);
+            (left, from) = (others, part.end);
+            slices.push((part, own));
+        }
+        let children = if is_large {
+            slices.into_par_iter().map(|slice| below(slice, &mut vec![])).collect()
+        } else {
+            slices.into_iter().map(|slice| below(slice, keys)).collect()
+        };
+        Self { children }
+    }
+}
+
+/// Up to eight ranges, by repeated halving of what an order has from the first on.
+fn split(
+    halving: Halving<'_>,
+    order: &mut [u32],
+    mut parts: Vec<Range<usize>>,
+    keys: &mut Keys,
+) -> Vec<Range<usize>> {
+    let start = parts[0].start;
     while parts.len() < WIDTH {
         let largest = (0..parts.len()).max_by_key(|&i| parts[i].len()).filter(|&i| parts[i].len() > LEAF);
         let Some(largest) = largest else { break };
         let part = parts[largest].clone();
-        let middle = order.halve(part.clone());
+        let middle = part.start + halving.halve(&mut order[part.start - start..part.end - start], keys);
         parts[largest] = part.start..middle;
         parts.insert(largest + 1, middle..part.end);
     }
@@ -130,7 +244,7 @@ struct Descent {
     /// Nodes still to be descended from, with bit masks of their entered children.
     stack: [(u32, u32); DEPTH],
     height: usize,
-    /// Leaves with edges that may count: index of the first edge, and bit mask.
+    /// Leaves with edges that may count: slot of the first edge, and bit mask.
     found: [(u32, u32); WIDTH],
     count: usize,
     begun: bool,
@@ -157,7 +271,15 @@ impl Task for (Step<'_>, &mut Descent) {
     /// All children of a node are tested before one of them is descended into; the tests are independent.
     #[inline(always)]
     fn run<L: Lanes>(self, lanes: L) -> bool {
-        let (Step { tree, cone, query, silhouettes }, descent) = self;
+        let (step, descent) = self;
+        step.advance(lanes, descent)
+    }
+}
+
+impl Step<'_> {
+    #[inline(always)]
+    fn advance<L: Lanes>(self, lanes: L, descent: &mut Descent) -> bool {
+        let Step { tree, query, .. } = self;
         if !descent.begun {
             descent.begun = true;
             descent.stack[0] = (0, query.entered(lanes, &tree.nodes[0]));
@@ -175,22 +297,29 @@ impl Task for (Step<'_>, &mut Descent) {
                 let child = node.child[next(&mut entered)];
                 // Branchless in the results.
                 if child & IS_LEAF == 0 {
-                    let entered = query.entered(lanes, &tree.nodes[child as usize]);
-                    descent.stack[descent.height] = (child, entered);
+                    let (index, lanes_of) = (child & INDEX, LANES_OF[(child >> GROUP_SHIFT) as usize]);
+                    let entered = query.entered(lanes, &tree.nodes[index as usize]) & lanes_of;
+                    descent.stack[descent.height] = (index, entered);
                     descent.height += usize::from(entered != 0);
                 } else {
-                    let leaf = &tree.leaves[(child ^ IS_LEAF) as usize];
-                    let entering = leaf.entering(lanes, cone, silhouettes);
-                    descent.found[descent.count] = (leaf.first, entering);
-                    descent.count += usize::from(entering != 0);
-                    let mut ahead = entering;
-                    while ahead != 0 {
-                        fetch(lanes, &tree.edges[leaf.first as usize + next(&mut ahead)]);
-                    }
+                    self.look_in(lanes, child ^ IS_LEAF, descent);
                 }
             }
         }
         true
+    }
+
+    /// Appends a leaf with edges that may count.
+    #[inline(always)]
+    fn look_in<L: Lanes>(self, lanes: L, leaf: u32, descent: &mut Descent) {
+        let entering = self.tree.leaves[leaf as usize].entering(lanes, self.cone, self.silhouettes);
+        let first = LEAF as u32 * leaf;
+        descent.found[descent.count] = (first, entering);
+        descent.count += usize::from(entering != 0);
+        let mut ahead = entering;
+        while ahead != 0 {
+            fetch(lanes, &self.tree.rest[first as usize + next(&mut ahead)]);
+        }
     }
 }
 
@@ -208,6 +337,14 @@ const LINE: usize = 64;
 
 /// Bit that marks leaves.
 const IS_LEAF: u32 = 1 << 31;
+
+/// Pairs of leaves that a node has room for.
+const GROUPS: usize = WIDTH / 2;
+/// A child that is a node is its index, and above that which of its lanes are the child's.
+const GROUP_SHIFT: u32 = 28;
+const INDEX: u32 = (1 << GROUP_SHIFT) - 1;
+/// All of them, or those of one pair.
+const LANES_OF: [u32; 2 * GROUPS] = [u32::MAX, 0, 0, 0, 0b11, 0b11 << 2, 0b11 << 4, 0b11 << 6];
 
 /// Dividing 2³² edges by eight takes 11 levels, each of which leaves seven nodes on the stack.
 const DEPTH: usize = 96;

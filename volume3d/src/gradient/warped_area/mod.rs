@@ -365,6 +365,10 @@ impl WarpedArea {
         }
         let by_jumps = matches!(construction, Construction::JumpMean { .. });
         let edges = (by_jumps && geometric && self.warps).then(|| scene.derived(SceneEdges::new));
+        let is_softened = matches!(construction, Construction::JumpMean { softness, .. } if softness != 0.0);
+        if let Some(edges) = edges.as_ref().filter(|_| is_softened) {
+            edges.measure(scene);
+        }
         Ok(Job { method: self, paths, film, control_variate, construction, edges })
     }
 }
