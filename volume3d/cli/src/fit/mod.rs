@@ -176,6 +176,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     fit.apply(&mut scene)?;
     let mut text = chosen;
     if is_new {
+        say(&problem::missed(&config, &fit, &scene)?);
         say(&problem::contacts(&fit, &scene));
         problem::check_views(&config, &fit, &mut scene).map_err(stopped)?;
         signals::hold().map_err(|e| stopped(e.into()))?;

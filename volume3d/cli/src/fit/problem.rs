@@ -17,6 +17,7 @@ use volume3d::sdf::{Baked, Grid, Guided};
 use super::super::contact;
 use super::super::method::{self, Method, MethodOptions};
 use super::super::session::{Bar, Loaded, silent};
+use super::super::summary::INTERIOR;
 use super::config::{Config, MasksConfig, RegularizerConfig, definitions, parse};
 use super::folder::Folder;
 use super::parameter::ParameterConfig;
@@ -257,6 +258,17 @@ pub(super) fn chosen(config: &Config, fit: &Fit, scene: &mut Scene) -> anyhow::R
         bar.step();
     }
     Ok(method::chosen(estimator, |pilot| Ok(pilot.choice(&Survey::of_all(surveys))))?)
+}
+
+/// Warnings of a method that misses the boundary terms of what is fitted. The silhouettes of the shape of
+/// `[masks]` are those of the masks.
+pub(super) fn missed(config: &Config, fit: &Fit, scene: &Scene) -> anyhow::Result<String> {
+    let mut active = fit.parameters().active(scene);
+    if let Some(masks) = &fit.objective().masks {
+        active.implicits[masks.implicit] = false;
+    }
+    let moves = active.is_geometric() || active.moves_lights();
+    Ok(if config.gradient.method()? == Method::Interior && moves { INTERIOR } else { "" }.to_owned())
 }
 
 /// Warnings of motions that have no derivative, or that nothing follows, as the scene is at first.

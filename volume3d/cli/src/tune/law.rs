@@ -1,5 +1,7 @@
 //! What a setting costs and errs at numbers of samples that were not measured.
 
+use volume3d::gradient::OneSided;
+
 use super::statistics::{Measure, Statistics};
 use crate::comparison::TOLERATED;
 use crate::spp::MAX_SAMPLES;
@@ -16,6 +18,8 @@ pub(super) struct Rung {
     pub(super) heavy: usize,
     /// Samples that were not finite, in all runs.
     pub(super) non_finite: usize,
+    /// Of finite differences at a bound of a parameter's range: their step, and why they have one side only.
+    pub(super) one_sided: Option<(f64, OneSided)>,
 }
 
 /// How far the mean of infinitely many runs is off, relative to the gradient, as a root mean square.
@@ -149,7 +153,7 @@ mod tests {
             relative_bias2: measure(bias2),
             slope: measure(slope),
         };
-        Rung { samples, seconds, statistics, heavy: 0, non_finite: 0 }
+        Rung { samples, seconds, statistics, heavy: 0, non_finite: 0, one_sided: None }
     }
 
     #[test]

@@ -8,7 +8,7 @@ use std::time::Instant;
 use flatland::random::stream;
 use glam::DVec3;
 use rand::Rng;
-use volume3d::gradient::{GradientError, Tangent};
+use volume3d::gradient::{Estimator, GradientError, OneSided, Tangent};
 use volume3d::scene::Scene;
 
 use super::allowance::Allowance;
@@ -48,6 +48,8 @@ pub(super) struct Reference {
     pub(super) seconds: f64,
     /// Runs of which one sample carries so much that errors are not to be trusted.
     pub(super) heavy: usize,
+    /// Of finite differences at a bound of a parameter's range: their step, and why they have one side only.
+    pub(super) one_sided: Option<(f64, OneSided)>,
 }
 
 /// What became of a setting.
@@ -75,6 +77,7 @@ struct Batch {
     seconds: Vec<f64>,
     heavy: usize,
     non_finite: usize,
+    one_sided: Option<(f64, OneSided)>,
 }
 
 /// What a trial of a method finds: what the better one has less of, and the seconds of one sample a pixel.
@@ -116,8 +119,9 @@ impl Study<'_> {
         };
         let start = Instant::now();
         let batch = self.batch(&setting, samples, 0..RUNS, &[REFERENCE])?;
-        let (images, heavy) = (Images::new(batch.images), batch.heavy);
-        Ok(Reference { setting, images, samples, seconds: start.elapsed().as_secs_f64(), heavy })
+        let Batch { images, heavy, one_sided, .. } = batch;
+        let (images, seconds) = (Images::new(images), start.elapsed().as_secs_f64());
+        Ok(Reference { setting, images, samples, seconds, heavy, one_sided })
     }
 
     /// Images of the reference's method on another scene, with a part of its samples and seeds of their own; nothing if they
@@ -213,9 +217,9 @@ impl Study<'_> {
             return Ok(None);
         }
         batch.absorb(self.batch(setting, samples, 1..RUNS, &address)?);
-        let Batch { images, seconds, heavy, non_finite } = batch;
+        let Batch { images, seconds, heavy, non_finite, one_sided } = batch;
         let statistics = Images::new(images).beside(&reference.images);
-        Ok(Some(Rung { samples, seconds: median(seconds), statistics, heavy, non_finite }))
+        Ok(Some(Rung { samples, seconds: median(seconds), statistics, heavy, non_finite, one_sided }))
     }
 
     fn batch(
@@ -234,6 +238,9 @@ impl Study<'_> {
             batch.seconds.push(start.elapsed().as_secs_f64());
             batch.heavy += usize::from(result.outlier().is_some());
             batch.non_finite += result.non_finite.len();
+            if let (Estimator::FiniteDifference(method), Some(found)) = (&estimator, result.one_sided) {
+                batch.one_sided = Some((method.step, found));
+            }
             batch.images.push(result.gradient.pixels);
             self.allowance.drew(samples);
         }

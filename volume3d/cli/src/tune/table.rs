@@ -7,6 +7,7 @@ use super::law::{Bias, Law, Rung};
 use super::settings::Setting;
 use super::statistics::Measure;
 use super::study::{Outcome, RUNS, Reference};
+use crate::one_sided::one_sided;
 
 /// One line for every setting, at the most samples that were measured, with the error that is expected within a time.
 pub(super) fn table(settings: &[Setting], outcomes: &[Outcome], at: f64) -> String {
@@ -118,7 +119,15 @@ pub(super) fn warnings(settings: &[Setting], outcomes: &[Outcome], reference: &R
         text += "heavy tails: in so many runs one sample carries 2% of the sum of |gradient| or more. Then noise and errors are \
                  larger than stated more often than not, and fall more slowly with samples\n";
     }
-    text
+    let measured = outcomes.iter().flat_map(|outcome| match outcome {
+        Outcome::Measured(rungs) => &rungs[..],
+        Outcome::Refused(_) | Outcome::TooSlow => &[],
+    });
+    let rungs = measured.filter_map(|rung| rung.one_sided.as_ref());
+    let mut found: Vec<_> = reference.one_sided.iter().chain(rungs).map(|(step, why)| (*step, why)).collect();
+    found.sort_by(|a, b| b.0.total_cmp(&a.0));
+    found.dedup_by_key(|(step, _)| *step);
+    text + &one_sided(found)
 }
 
 /// Every rung of every setting.
@@ -137,7 +146,7 @@ pub(super) fn csv(
             Outcome::TooSlow => (&none, "not measured: too slow for the budget".to_owned()),
         };
         let unbiased = if setting.unbiased { "yes" } else { "no" };
-        for Rung { samples, seconds, statistics: s, heavy, non_finite } in rungs {
+        for Rung { samples, seconds, statistics: s, heavy, non_finite, .. } in rungs {
             let (v, r, b, m) = (s.variance, s.relative_variance, s.relative_bias2, s.slope);
             let numbers = [v.value, v.error, r.value, r.error, b.value, b.error, m.value, m.error];
             let mut cells = vec![setting.options.clone(), unbiased.to_owned(), samples.to_string()];

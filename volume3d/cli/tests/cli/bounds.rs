@@ -20,6 +20,10 @@ fn a_check_at_a_bound_is_one_sided() {
         let line = format!("gradient scene.xml --move {change} --method finite-difference -o g.npy --spp 4");
         assert!(place.succeed(&line).contains("ONE-SIDED differences at step 1.0e-3,"));
     }
+    let text = place.succeed("tune scene.xml --move sky:radiance:1,1,1 --spp 4");
+    assert!(text.contains("ONE-SIDED differences at step 1.7e-3, 5.8e-4, 1.7e-4, from θ to θ + h"), "{text}");
+    let text = place.succeed("tune scene.xml --move lamp:radiance:1,1,1 --spp 4");
+    assert!(text.contains("--method finite-difference") && !text.contains("ONE-SIDED"), "{text}");
     let (_, text) = place.run("check scene.xml --move lamp:radiance:1,1,1 --spp 16");
     assert!(text.contains("weighted total") && !text.contains("ONE-SIDED"), "{text}");
     place.fail("check scene.xml --move sky:radiance:-1,1,1", 1, &["the radiance of `sky` is -"]);

@@ -84,6 +84,26 @@ fn a_run_leaves_a_folder_that_says_all() {
     assert_same(&files(&place.path("run")), &whole);
 }
 
+/// The interior term misses what borders and lights that move leave to them, and nothing of what stands.
+#[test]
+fn a_fit_by_the_interior_term_warns_of_what_moves() {
+    let lamps = "<emitter type='point' id='bulb'><point name='position' value='0,0,2'/></emitter>";
+    let place = Place::with(lamps);
+    for (name, warns) in [
+        ("block.translation", true),
+        ("bulb.translation", true),
+        ("lamp.radiance", false),
+        ("bulb.intensity", false),
+    ] {
+        let config = CONFIG.split("[[parameter]]").next().unwrap().replace("steps = 4", "steps = 1");
+        let config = config.replace("spp = 2", "spp = 2, method = \"interior\"");
+        let text = format!("{config}[[parameter]]\nname = \"{name}\"\nrate = 0.01\n");
+        std::fs::write(place.path("fit.toml"), text).unwrap();
+        let text = place.succeed(&format!("fit fit.toml -o {name}"));
+        assert_eq!(text.contains("WARNING: the interior term alone is biased"), warns, "{name}: {text}");
+    }
+}
+
 /// With a mean of parameters other numbers are written, and those of every thread count and of a run that has
 /// ended are the same.
 #[test]

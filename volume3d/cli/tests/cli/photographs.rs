@@ -149,12 +149,14 @@ fn photographs_and_masks_move_a_surface() {
     let (low, high) = radii(&alone);
     assert!(low > 0.55 && high < 0.78, "{low} {high}: {text}");
     let masked = place(&format!("{}{MASKS}", FIT.replace("spp = 4", "spp = 4, method = \"interior\"")));
-    masked.succeed("fit fit.toml -o run");
+    let text = masked.succeed("fit fit.toml -o run");
+    assert!(!text.contains("interior term alone"), "{text}");
     let (low, high) = radii(&masked);
     assert!(low > 0.55 && high < 0.8, "{low} {high}");
     // Without either nothing grows.
     let neither = place(&FIT.replace("spp = 4", "spp = 4, method = \"interior\""));
-    neither.succeed("fit fit.toml -o run");
+    let text = neither.succeed("fit fit.toml -o run");
+    assert!(text.contains("WARNING: the interior term alone is biased"), "{text}");
     let (_, high) = radii(&neither);
     assert!(high < 0.55, "{high}");
 }
