@@ -115,6 +115,16 @@ def main():
     write("disk", f'<shape type="disk" id="thing">{place()}<bsdf type="twosided">{DIFFUSE}</bsdf></shape>')
     write("instance", before='<shape type="shapegroup" id="group"><shape type="cube"><transform name="to_world"><scale value="0.3"/></transform>'
           f'{DIFFUSE}</shape></shape>', thing=f'<shape type="instance"><ref id="group"/>{place()}</shape>')
+    # Axes of rotations that are not of length 1, which shear.
+    other = lambda name, thing, **more: write(name, thing.replace('x="0.28" y="0.96" angle="35"', 'x="0.9" y="1.1" angle="50"'), **more)
+    other("axis_cube", cube())
+    other("axis_with_normals", sphere())
+    other("axis_face_normals", f'<shape type="obj" id="thing"><string name="filename" value="ball.obj"/><boolean name="face_normals" value="true"/>{place()}{DIFFUSE}</shape>')
+    other("axis_sphere", f'<shape type="sphere" id="thing"><point name="center" x="0.1" y="0.2" z="0"/><float name="radius" value="0.8"/>{place()}{DIFFUSE}</shape>')
+    other("axis_cylinder", f'<shape type="cylinder" id="thing"><float name="radius" value="0.5"/>{place()}<bsdf type="twosided">{DIFFUSE}</bsdf></shape>')
+    other("axis_disk", f'<shape type="disk" id="thing">{place()}<bsdf type="twosided">{DIFFUSE}</bsdf></shape>')
+    other("axis_instance", f'<shape type="instance"><ref id="group"/>{place()}</shape>', before='<shape type="shapegroup" id="group"><shape type="cube">'
+          f'<transform name="to_world"><scale value="0.5"/></transform>{DIFFUSE}</shape></shape>')
     # Materials.
     write("bitmap", sphere(f'<bsdf type="diffuse">{tiles % ""}</bsdf>'))
     write("bitmap_transformed_nearest", sphere('<bsdf type="diffuse">' + tiles % (
@@ -165,6 +175,8 @@ def main():
     write("spot", lights='<emitter type="spot"><transform name="to_world"><lookat origin="-1,2.5,1.5" target="0,0.4,0" up="0,1,0"/></transform>'
           '<rgb name="intensity" value="20 18 16"/><float name="cutoff_angle" value="22"/></emitter>')
     write("directional", lights='<emitter type="directional"><vector name="direction" x="0.4" y="-1" z="-0.5"/><rgb name="irradiance" value="2 2 2"/></emitter>')
+    write("directional_scaled", lights='<emitter type="directional"><transform name="to_world"><scale value="1.5"/><rotate x="1" y="0.4" angle="110"/></transform>'
+          '<rgb name="irradiance" value="1 1 1"/></emitter>')
     write("lamp_with_normals", lights=LAMP.replace('type="rectangle"', 'type="obj"').replace("<transform", '<string name="filename" value="ball.obj"/><transform')
           .replace('<scale x="0.6" y="0.5"/>', '<scale value="0.3"/>'))
     write("lamp_textured", lights=LAMP.replace('<rgb name="radiance" value="9 8 7"/>',

@@ -177,13 +177,18 @@ impl Mesh {
     /// The mesh under an affine map. Given normals are transformed as normals; a reflection reverses
     /// triangles, so that outward faces stay outward.
     #[must_use]
-    pub fn transformed(mut self, map: &DAffine3) -> Self {
+    pub fn transformed(self, map: &DAffine3) -> Self {
+        self.transformed_with_normals_of(map, map)
+    }
+
+    /// The mesh under an affine map, and its given normals under another.
+    pub(crate) fn transformed_with_normals_of(mut self, map: &DAffine3, other: &DAffine3) -> Self {
+        let carry = cofactors(&other.matrix3) * 1.0_f64.copysign(other.matrix3.determinant());
         for p in &mut self.positions {
             *p = map.transform_point3(*p);
         }
         let mirrors = map.matrix3.determinant() < 0.0;
         if let Normals::Given(normals) = &mut self.normals {
-            let carry = cofactors(&map.matrix3) * if mirrors { -1.0 } else { 1.0 };
             for n in &mut normals.values {
                 *n = (carry * *n).normalize_or_zero();
             }
@@ -199,6 +204,25 @@ impl Mesh {
                 uvs.triangles.iter_mut().for_each(|t| t.swap(1, 2));
             }
         }
+        self
+    }
+
+    /// The mesh with the normals of its faces as given ones.
+    pub(crate) fn with_given_face_normals(mut self) -> Self {
+        let mut values: Vec<DVec3> = vec![];
+        // Those of one face are one value: another would be a crease.
+        let mut known: HashMap<[u64; 3], u32> = HashMap::new();
+        let triangles = self.triangles.iter().map(|t| {
+            let [a, b, c] = t.map(|i| self.positions[i as usize]);
+            let normal = (b - a).cross(c - a).normalize_or_zero();
+            let index = *known.entry(normal.to_array().map(f64::to_bits)).or_insert_with(|| {
+                values.push(normal);
+                values.len() as u32 - 1
+            });
+            [index; 3]
+        });
+        let triangles = triangles.collect();
+        self.normals = Normals::Given(Attribute { values, triangles });
         self
     }
 

@@ -108,27 +108,12 @@ fn keys(element: &Element) -> Result<Vec<(f64, DMat4)>, Error> {
 fn between(first: &DMat4, second: &DMat4, part: f64) -> DMat4 {
     let [(s, p, a), (t, q, b)] = [first, second].map(|m| {
         let linear = DMat3::from_mat4(*m);
-        let turn = rotation_of(linear);
+        let turn = transform::polar_rotation(linear);
         (m.w_axis.truncate(), DQuat::from_mat3(&turn), turn.transpose() * linear)
     });
     let stretch = a * (1.0 - part) + b * part;
     let shift: DVec3 = s.lerp(t, part);
     DMat4::from_translation(shift) * DMat4::from_quat(p.slerp(q, part)) * DMat4::from_mat3(stretch)
-}
-
-/// The rotation nearest to a map, the orthogonal part of its polar decomposition, by Newton's iteration Q ←
-/// (Q + Q⁻ᵀ)/2 (Higham 1986). For a map with a reflection, the reflection is left to the stretch.
-fn rotation_of(linear: DMat3) -> DMat3 {
-    const STEPS: usize = 60;
-    let mut q = if linear.determinant() < 0.0 { linear * -1.0 } else { linear };
-    for _ in 0..STEPS {
-        let next = (q + q.inverse().transpose()) * 0.5;
-        if !next.is_finite() {
-            return DMat3::IDENTITY;
-        }
-        q = next;
-    }
-    q
 }
 
 #[cfg(test)]

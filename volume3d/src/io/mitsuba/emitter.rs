@@ -89,16 +89,17 @@ fn map<'a>(reader: &mut Reader<'a>, object: &Object<'a>, id: String) -> Result<E
 }
 
 fn directional(object: &Object<'_>, id: String) -> Result<Light, Error> {
-    let direction = match (object.vector("direction")?, object.affine("to_world")?) {
+    // The transform carries the unit vector z, and light is scaled as it is, as in Mitsuba.
+    let (direction, scale) = match (object.vector("direction")?, object.affine("to_world")?) {
         (Some(_), Some(_)) => return Err(object.conflict("direction", "to_world")),
-        (Some(direction), None) => direction,
-        (None, Some((_, map))) => map.matrix3.z_axis,
-        (None, None) => DVec3::Z,
+        (Some(direction), None) => (direction, 1.0),
+        (None, Some((_, map))) => (map.matrix3.z_axis, map.matrix3.z_axis.length()),
+        (None, None) => (DVec3::Z, 1.0),
     };
     let direction = direction.try_normalize().ok_or_else(|| {
         object.element.bad_value("direction", &direction.to_string(), "a vector other than 0")
     })?;
-    let irradiance = radiant(object, "irradiance")?;
+    let irradiance = radiant(object, "irradiance")? * scale;
     let kappa = object.positive("kappa")?.unwrap_or(f64::INFINITY);
     Ok(Light::Directional { id, direction, irradiance, kappa })
 }

@@ -5,6 +5,7 @@ use glam::DAffine3;
 use super::element::Element;
 use super::object::Object;
 use super::reader::Reader;
+use super::shape::placed;
 use super::{support, transform};
 use crate::io::{Error, SceneProblem};
 use crate::scene::{Instances, Placement};
@@ -52,7 +53,9 @@ impl<'a> Reader<'a> {
         }
         for shape in &mut self.shapes[first..] {
             shape.id = format!("{name}_{}", shape.id);
-            shape.mesh = shape.mesh.clone().transformed(&map);
+            if let Some(element) = to_world {
+                shape.mesh = placed(element, shape.mesh.clone(), "instance")?;
+            }
         }
         for implicit in &mut self.implicits[first_implicit..] {
             implicit.id = format!("{name}_{}", implicit.id);

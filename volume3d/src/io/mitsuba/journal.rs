@@ -16,7 +16,8 @@ pub struct Note {
     pub text: String,
     /// Whether geometric derivatives refer to something other than the file's shape.
     pub is_geometric: bool,
-    /// Whether the image differs from Mitsuba's: such a note is shown in every run.
+    /// Whether the image differs from Mitsuba's, or from what was probably meant: such a note is shown in
+    /// every run.
     pub changes_image: bool,
 }
 
@@ -52,7 +53,7 @@ impl Journal {
         });
     }
 
-    /// Adds a note on a difference from Mitsuba's image.
+    /// Adds a note on a difference from Mitsuba's image, or from the image that was probably meant.
     pub(super) fn note_image(&self, element: &Element, text: impl Into<String>) {
         let place = element.place();
         self.push(Note { place, text: text.into(), is_geometric: false, changes_image: true });

@@ -7,7 +7,7 @@ use super::element::Element;
 use super::object::Object;
 use super::reader::Reader;
 use super::{emitter, support, transform};
-use crate::geometry::{Attribute, Mesh, TOLERANCE};
+use crate::geometry::{Attribute, Mesh, Normals, TOLERANCE};
 use crate::io::soup::Soup;
 use crate::io::{At, Error, MeshFormat, MeshProblem, Place, serialized};
 use crate::scene::{Material, Shape, parts};
@@ -37,7 +37,11 @@ impl<'a> Reader<'a> {
         let mesh = match object.transform("to_world")? {
             // `to_world` was already applied to a curve's control points, but not to its radii.
             Some(_) if object.plugin.ends_with("curve") => mesh,
-            Some(element) => mesh.transformed(&transform::invertible(element)?),
+            Some(element) if object.plugin == "sphere" => {
+                let center = object.vector("center")?.unwrap_or(DVec3::ZERO);
+                mesh.transformed(&transform::of_sphere(element, center, &self.journal)?)
+            }
+            Some(element) => placed(element, mesh, object.plugin)?,
             None => mesh,
         };
         let attributes = self.attributes.take();
@@ -182,6 +186,25 @@ impl<'a> Reader<'a> {
             element.referenced(Error::Mesh { place: Place::new(&path, At::Whole), problem })
         })
     }
+}
+
+/// The mesh of a shape where its transform puts it, which must be invertible. About axes that are not of
+/// length 1, Mitsuba 3 turns normals by the transform itself, those of the faces of built-in shapes and
+/// instances too, and disks and cylinders are where the inverse that it takes for the transform's puts rays.
+pub(super) fn placed(element: &Element, mesh: Mesh, plugin: &str) -> Result<Mesh, Error> {
+    let map = transform::invertible(element)?;
+    if !transform::has_other_axes(element) {
+        return Ok(mesh.transformed(&map));
+    }
+    let other = transform::inverse_of_inverse(element)?;
+    let is_flat = matches!(mesh.normals(), Normals::Face);
+    Ok(match plugin {
+        "disk" | "cylinder" => mesh.transformed(&other),
+        "rectangle" | "cube" | "instance" if is_flat => {
+            mesh.with_given_face_normals().transformed_with_normals_of(&map, &other)
+        }
+        _ => mesh.transformed_with_normals_of(&map, &other),
+    })
 }
 
 /// Note on a mesh without texture coordinates that needs some.

@@ -111,10 +111,14 @@ impl<'a> Reader<'a> {
     }
 }
 
+/// What to give in the place of a checkerboard of textures.
+const INSTEAD: &str =
+    "give two colours, or a blendbsdf of two materials with textures, whose weight is a checkerboard of 0 and 1";
+
 fn checkerboard(object: &Object<'_>, swaps: bool) -> Result<Image, Error> {
     let colour = |name, default| {
         if let Some(texture) = object.parameter(name).filter(|element| element.tag == "texture") {
-            return Err(texture.unsupported("a texture within a checkerboard", "give two colours"));
+            return Err(texture.unsupported("a texture within a checkerboard", INSTEAD));
         }
         Ok(object.colour(name)?.unwrap_or(DVec3::splat(default)))
     };

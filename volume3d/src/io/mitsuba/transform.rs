@@ -1,15 +1,19 @@
 //! Transforms.
 
-use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
+use glam::{DAffine3, DMat3, DMat4, DVec3};
 
 use super::element::Element;
 use super::journal::Journal;
 use super::values::{number, numbers, triple, vector};
 use crate::io::{Error, SceneProblem};
 
-/// Tolerance of orthogonality and equal length of the axes of a rigid motion, relative to the length.
-/// Matrices are often written with five or six digits.
-const RIGID_TOLERANCE: f64 = 1e-4;
+/// Tolerance of an axis's length without a note: three digits of a unit vector do not matter.
+const UNIT_TOLERANCE: f64 = 1e-3;
+
+/// Tolerance of orthogonality and equal length of the axes of a rigid motion, in products of axes relative to
+/// the square of the length. A rotation by θ about an axis of length 1 − δ has products that are off by up to
+/// 4δ, and δ is up to [`UNIT_TOLERANCE`] without a note; the rest is for matrices written with few digits.
+const RIGID_TOLERANCE: f64 = 5.0 * UNIT_TOLERANCE;
 
 /// The product of a transform's steps, the first applied first.
 pub(super) fn matrix(element: &Element) -> Result<DMat4, Error> {
@@ -40,10 +44,10 @@ fn step(element: &Element) -> Result<DMat4, Error> {
             element.check_attributes(&["x", "y", "z", "value", "angle"])?;
             let angle = number(element, "angle", element.required("angle")?)?;
             let axis = vector(element, 0.0)?;
-            let unit = axis.try_normalize();
-            let unit =
-                unit.ok_or_else(|| element.bad_value("axis", &format!("{axis}"), "a vector other than 0"))?;
-            Ok(DMat4::from_quat(DQuat::from_axis_angle(unit, angle.to_radians())))
+            if axis == DVec3::ZERO {
+                return Err(element.bad_value("axis", &format!("{axis}"), "a vector other than 0"));
+            }
+            Ok(DMat4::from_mat3(turn(axis, angle)))
         }
         "lookat" => look_at(element),
         "matrix" => rows(element),
@@ -55,25 +59,33 @@ fn step(element: &Element) -> Result<DMat4, Error> {
     }
 }
 
-/// Tolerance of an axis's length without a note: three digits of a unit vector do not matter.
-const UNIT_TOLERANCE: f64 = 1e-3;
+/// Mitsuba's matrix of a `<rotate>`, cos θ 1 + (1 − cos θ) a aᵀ + sin θ \[a\]×, which is that of a rotation
+/// if the axis a has length 1: any other is taken as it is.
+fn turn(axis: DVec3, degrees: f64) -> DMat3 {
+    // Quarter turns are exact: a floor stays flat.
+    let (sine, cosine) = match degrees.rem_euclid(360.0) {
+        0.0 => (0.0, 1.0),
+        90.0 => (1.0, 0.0),
+        180.0 => (0.0, -1.0),
+        270.0 => (-1.0, 0.0),
+        _ => degrees.to_radians().sin_cos(),
+    };
+    let cross = DMat3::from_cols(axis.cross(DVec3::X), axis.cross(DVec3::Y), axis.cross(DVec3::Z));
+    let outer = DMat3::from_cols(axis * axis.x, axis * axis.y, axis * axis.z);
+    DMat3::IDENTITY * cosine + outer * (1.0 - cosine) + cross * sine
+}
 
-/// Notes rotation axes within an element that are not of length 1, which Mitsuba 3 does not normalise.
+/// Notes rotation axes within an element that are not of length 1, which Mitsuba 3 does not normalise either.
 pub(super) fn note_axes(root: &Element, journal: &Journal) {
     let mut left = vec![root];
     while let Some(element) = left.pop() {
         left.extend(element.children.iter().rev());
-        if element.tag != "rotate" {
-            continue;
-        }
-        // An invalid vector is an error where it is used.
-        let length = vector(element, 0.0).map_or(1.0, DVec3::length);
-        if (length - 1.0).abs() > UNIT_TOLERANCE {
+        if let Some(length) = other_length(element) {
             journal.note_image(
                 element,
                 format!(
-                    "the axis of this rotation has length {length:.4}, and is read as its direction; Mitsuba 3 takes it as it is, \
-                     which is no rotation: give it length 1"
+                    "the axis of this rotation has length {length:.4}: taken as it is, as in Mitsuba 3, its matrix is no \
+                     rotation; give it length 1"
                 ),
             );
         }
@@ -139,6 +151,66 @@ pub(super) fn invertible(element: &Element) -> Result<DAffine3, Error> {
     } else {
         Err(element.bad_value("transform", &format!("{}", map.matrix3), "an invertible transform"))
     }
+}
+
+/// The length of the axis of a `<rotate>` that is not of length 1.
+fn other_length(step: &Element) -> Option<f64> {
+    // An invalid vector is an error where it is used.
+    let length =
+        Some(step).filter(|step| step.tag == "rotate").and_then(|step| vector(step, 0.0).ok())?.length();
+    Some(length).filter(|length| (length - 1.0).abs() > UNIT_TOLERANCE)
+}
+
+/// Whether a transform has an axis of rotation that is not of length 1.
+pub(super) fn has_other_axes(element: &Element) -> bool {
+    element.children.iter().any(|step| other_length(step).is_some())
+}
+
+/// The map whose inverse Mitsuba takes for the transform's, which should be the transform itself: the inverse
+/// of a `<rotate>` is its transpose there, whatever the length of its axis.
+pub(super) fn inverse_of_inverse(element: &Element) -> Result<DAffine3, Error> {
+    let mut product = DAffine3::IDENTITY;
+    for step in &element.children {
+        let m = self::step(step)?;
+        product =
+            DAffine3::from_mat4(if step.tag == "rotate" { m.inverse().transpose() } else { m }) * product;
+    }
+    Ok(product)
+}
+
+/// The transform of a sphere about `center`, which leaves it one: Q S₀₀ of the polar decomposition Q S of the
+/// linear part, as in Mitsuba, which warns of any other S.
+pub(super) fn of_sphere(element: &Element, center: DVec3, journal: &Journal) -> Result<DAffine3, Error> {
+    let map = invertible(element)?;
+    let turn = polar_rotation(map.matrix3);
+    let stretch = turn.transpose() * map.matrix3;
+    let factor = stretch.x_axis.x;
+    if (stretch * (1.0 / factor)).abs_diff_eq(DMat3::IDENTITY, RIGID_TOLERANCE) {
+        return Ok(map);
+    }
+    let text = format!(
+        "the transform of this sphere stretches or shears it: a ball of {:.4} times its radius is shown, as in Mitsuba 3; \
+         give an ellipsoid as a mesh",
+        factor.abs()
+    );
+    journal.note_image(element, text);
+    let linear = turn * factor;
+    Ok(DAffine3 { matrix3: linear, translation: map.transform_point3(center) - linear * center })
+}
+
+/// The rotation nearest to a map, the orthogonal part of its polar decomposition, by Newton's iteration Q ←
+/// (Q + Q⁻ᵀ)/2 (Higham 1986). For a map with a reflection, the reflection is left to the stretch.
+pub(super) fn polar_rotation(linear: DMat3) -> DMat3 {
+    const STEPS: usize = 60;
+    let mut q = if linear.determinant() < 0.0 { linear * -1.0 } else { linear };
+    for _ in 0..STEPS {
+        let next = (q + q.inverse().transpose()) * 0.5;
+        if !next.is_finite() {
+            return DMat3::IDENTITY;
+        }
+        q = next;
+    }
+    q
 }
 
 /// The rotation of a rigid motion, possibly with a uniform scale; its columns are the axes x, y and z.

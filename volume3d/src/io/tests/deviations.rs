@@ -159,13 +159,6 @@ const IMAGES: &[Case] = &[
         let camera = whole("<sensor type='orthographic'/>").0.camera;
         assert!((camera.orthographic.unwrap() - 1e4).abs() < 1e-6, "{camera:?}");
     }),
-    ("axes of rotations", || {
-        let of = |y: u32| {
-            let turned = format!("<transform name='to_world'><rotate y='{y}' angle='90'/></transform>");
-            scene(&format!("<shape type='rectangle'>{turned}</shape>")).shapes.remove(0).mesh
-        };
-        assert_eq!(of(1), of(2));
-    }),
     ("metals of index 1", || {
         let wall = |eta: f64| {
             let metal = format!(
@@ -242,10 +235,36 @@ const REFUSALS: &[Case] = &[
         let message = read_as(&text, false).map(|_| ()).unwrap_err().to_string();
         assert!(message.contains("near_clip"), "{message}");
     }),
+    ("stretched sensors and lights", || {
+        let about = "<transform name='to_world'><rotate y='2' angle='90'/></transform>";
+        let words = "a rigid motion";
+        let sensor = SENSOR.replace("<lookat", "<rotate y='2' angle='90'/><lookat");
+        let message = read_as(&format!("<scene version='3.0.0'>{sensor}</scene>"), false).map(|_| ());
+        assert!(message.unwrap_err().to_string().contains(words));
+        is_refused(&format!("<emitter type='spot'>{about}</emitter>"), words);
+        is_refused(&format!("<emitter type='projector'>{about}</emitter>"), words);
+        let map = "<string name='filename' value='small.exr'/>";
+        is_refused(&format!("<emitter type='envmap'>{map}{about}</emitter>"), words);
+        is_refused(&format!("<shape type='sdfgrid'><float name='radius' value='.5'/>{about}</shape>"), words);
+    }),
     ("colours of glass", || {
         let glass = "<bsdf type='dielectric'><texture type='checkerboard' name='NAME'/></bsdf>";
         assert_eq!(scene(&glass.replace("NAME", "specular_transmittance")).textures.len(), 1);
         is_refused(&glass.replace("NAME", "specular_reflectance"), "specular_reflectance");
+    }),
+    ("textures in textures", || {
+        let board = |name: &str, colours: &str| {
+            format!("<texture type='checkerboard' name='{name}'>{colours}</texture>")
+        };
+        let inner =
+            "<texture type='bitmap' name='color1'><string name='filename' value='small.exr'/></texture>";
+        let nested = format!("<bsdf type='diffuse'>{}</bsdf>", board("reflectance", inner));
+        is_refused(&nested, "s.xml:1:");
+        is_refused(&nested, "a texture within a checkerboard");
+        let image = format!("<bsdf type='diffuse'>{}</bsdf>", board("reflectance", ""));
+        let weight = board("weight", "<float name='color0' value='0'/><float name='color1' value='1'/>");
+        let blend = format!("<bsdf type='blendbsdf'>{weight}<bsdf type='diffuse'/>{image}</bsdf>");
+        assert_eq!(scene(&blend).textures.len(), 2);
     }),
     ("relief on glass", || {
         let relief = "<bsdf type='bumpmap'><texture type='checkerboard'/><bsdf type='dielectric'/></bsdf>";
