@@ -13,7 +13,7 @@ pub(crate) struct Edge {
     /// Normals of the two triangles that continue one another across it; zero if it is a discontinuity from
     /// every viewpoint: the border of a surface, an edge of three triangles, or a crossing.
     pub(super) normals: [DVec3; 2],
-    /// Faces of these two triangles. They are forgotten in a hierarchy: [`Faces`](super::Faces) has their
+    /// Faces of these two triangles. They are forgotten in a hierarchy: the table of faces has their
     /// borders.
     pub(super) faces: [u32; 2],
     /// Faces that end at the edge, at most two; a softened field follows the edge exactly where one of them
