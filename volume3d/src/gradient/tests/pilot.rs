@@ -74,7 +74,7 @@ fn a_pilot_foresees_errors() {
         ("block", 24, 64, block(), 1, Some(true)),
         ("block on a large film", 40, 64, block(), 1, None),
         ("block in two views", 40, 64, block(), 2, None),
-        ("rough ball", 32, 60, rough_ball(), 1, Some(false)),
+        ("rough ball", 48, 60, rough_ball(), 1, Some(false)),
     ] {
         let scene = scene(size, mesh);
         let change = moved(&scene);
