@@ -164,7 +164,7 @@ fn a_seam_of_texture_coordinates_does_not_tear_the_surface() {
         let change = block_moves(&scene, 1.0, DVec3::ZERO);
         let k = known(scene, change, 0.0, if seamed { "seamed" } else { "seamless" });
         let k = Known { weights: weights.clone(), ..k };
-        [gradient(&k, &consistent(208)), gradient(&k, &edges(40))]
+        [gradient(&k, &consistent(400)), gradient(&k, &edges(40))]
     };
     // A fixed number of rays, which is biased, and edge sampling.
     for ((seamless, seamed), name) in of(false).into_iter().zip(of(true)).zip(["16 rays", "edges"]) {
