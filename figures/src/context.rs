@@ -23,7 +23,7 @@ use crate::plot::{Canvas, dark, light};
 /// How many samples to spend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Quality {
-    /// The least of everything, which tells nothing: for tests.
+    /// Minimal effort, for tests; the numbers mean nothing.
     #[value(hide = true)]
     Sketch,
     /// Enough to see every effect, in a few minutes; long studies compute one scene, beside recorded results.
@@ -47,7 +47,7 @@ pub(crate) struct Context {
 }
 
 impl Context {
-    /// The context of a run of figures that usually take so many seconds each.
+    /// The context of a run of figures, with the usual duration of each in seconds.
     pub(crate) fn new(quality: Quality, out: PathBuf, seed: u64, usual: Vec<f64>) -> Self {
         let bar = ProgressBar::new(usual.len() as u64);
         let pace = Arc::new(Pace { usual, done: Mutex::default(), start: Instant::now() });
@@ -181,7 +181,7 @@ impl Context {
     }
 }
 
-/// How far a run is, by what its figures usually take.
+/// Progress of a run, weighted by the usual durations of its figures.
 struct Pace {
     /// The usual seconds of each figure.
     usual: Vec<f64>,
@@ -196,7 +196,7 @@ impl Pace {
         self.done.lock().unwrap_or_else(PoisonError::into_inner).push(seconds);
     }
 
-    /// The part that is done, in [0, 1], and the seconds that are left, after so many seconds in all.
+    /// Completed fraction, in [0, 1], and estimated seconds left, given the seconds elapsed.
     fn at(&self, elapsed: f64) -> (f64, f64) {
         let done = self.done.lock().unwrap_or_else(PoisonError::into_inner);
         let usual = |range: std::ops::Range<usize>| self.usual[range].iter().sum::<f64>();

@@ -41,7 +41,7 @@ impl Prose {
         Ok(prose)
     }
 
-    /// Fills `{name}`s with what a function tells of them.
+    /// Replaces each `{name}` by the value of a function.
     pub(crate) fn of(source: &str, value: impl Fn(&str) -> Result<String>) -> Result<Self> {
         Self::parse(source, &mut |name| value(name))
     }

@@ -52,7 +52,7 @@ fn folder(name: &str) -> PathBuf {
 }
 
 impl Origin {
-    /// That of a run on this machine, now.
+    /// The origin of a run on this machine, now.
     pub(crate) fn new(seed: u64, seconds: [f64; 2], is_full: bool) -> Self {
         let days = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_secs() / 86_400);
         let threads = std::thread::available_parallelism().map_or(1, usize::from);
@@ -89,14 +89,14 @@ fn commit() -> String {
     if is_clean { commit } else { format!("{commit} with changes") }
 }
 
-/// The processor's name where the system tells it.
+/// The processor's name, if the system has it.
 fn processor() -> String {
     let all = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let name = all.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
     name.map_or_else(|| std::env::consts::ARCH.to_owned(), |(_, name)| name.trim().to_owned())
 }
 
-/// The date so many days after the first of January 1970, by the proleptic Gregorian calendar (Hinnant 2013).
+/// The date, given the days since 1 January 1970, in the proleptic Gregorian calendar (Hinnant 2013).
 fn date(days: u64) -> String {
     let days = days + 719_468;
     let (era, day_of_era) = (days / 146_097, days % 146_097);

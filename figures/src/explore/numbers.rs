@@ -38,7 +38,7 @@ pub(super) struct Numbers {
     methods: Vec<Estimate>,
     /// V over the film in pixels per unit of θ, at equally spaced places.
     fields: Vec<Field>,
-    /// Auxiliary rays around a place on the film, and what is seen while θ swings.
+    /// Auxiliary rays around a film point, and the visible shapes while θ oscillates.
     rays: Vec<Ray>,
     swing: Vec<Moment>,
     ranges: BTreeMap<&'static str, [f64; 2]>,
@@ -108,7 +108,7 @@ impl Numbers {
     }
 }
 
-/// How fine the numbers are.
+/// Resolution of the numbers.
 #[derive(Clone, Copy)]
 struct Effort {
     /// Tolerance of the values called exact, relative to the sum of absolute terms.

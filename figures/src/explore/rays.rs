@@ -1,4 +1,4 @@
-//! What the page draws besides numbers: auxiliary rays with their weights, and what is seen as θ grows.
+//! Auxiliary rays with their weights, and the visible shapes as θ grows.
 
 use flatland::random::stream;
 use flatland::transport::{Camera, Origin, World, WorldError};
@@ -57,7 +57,7 @@ pub(super) fn rays(state: &State, world: &World, camera: &Camera, warp: Warp) ->
     stencil.terms().iter().map(ray).collect()
 }
 
-/// What is seen at this many places while θ swings.
+/// Number of film points whose visible shapes are shown while θ oscillates.
 pub(super) fn swing(state: &State, places: usize) -> Result<Vec<Moment>, WorldError> {
     let moment = |step: i32| {
         let theta = SWING * f64::from(step) / f64::from(STEPS);

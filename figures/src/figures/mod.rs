@@ -36,11 +36,11 @@ pub(crate) struct Figure {
     pub(crate) name: &'static str,
     /// A short description.
     pub(crate) about: &'static str,
-    /// What it usually takes in draft quality, in seconds on two cores.
+    /// Usual duration in draft quality, in seconds on two cores.
     pub(crate) seconds: f64,
     /// Measures, writes its files and explains it.
     pub(crate) draw: fn(&Context) -> anyhow::Result<Section>,
-    /// What a draft shows instead, if that is a long study.
+    /// Scene that a draft computes instead of a long study.
     pub(crate) study: Option<Study>,
 }
 

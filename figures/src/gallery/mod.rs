@@ -18,7 +18,7 @@ pub(crate) use self::section::{Drawing, Picture, Section};
 const STYLE: &str = include_str!("style.css");
 const SCRIPT: &str = include_str!("script.js");
 
-/// What all pages of a gallery share.
+/// Elements shared by all pages of a gallery.
 pub(crate) struct Gallery<'a> {
     /// The folder, which already has the pictures and data.
     pub(crate) folder: &'a Path,
@@ -157,7 +157,7 @@ impl Gallery<'_> {
         ))
     }
 
-    /// A small scene beside recorded results.
+    /// A small scene next to recorded results.
     fn live(&self, live: &Section) -> Result<String> {
         let pictures: String =
             live.pictures.iter().map(|picture| self.picture(picture)).collect::<Result<_>>()?;

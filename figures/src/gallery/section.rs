@@ -1,4 +1,4 @@
-//! What a figure tells the page.
+//! The content of a figure on the page.
 
 use serde::{Deserialize, Serialize};
 
@@ -23,7 +23,7 @@ pub(crate) struct Drawing {
     pub(crate) size: [f64; 2],
     /// Panels that narrow screens show one below the other.
     pub(crate) parts: Vec<Rect>,
-    /// What does not change on dark pages.
+    /// Colours unchanged on dark pages.
     pub(crate) kept: Kept,
 }
 
@@ -42,7 +42,7 @@ pub(crate) struct Section {
     pub(crate) details_html: String,
     /// Displayed formula.
     pub(crate) formula_mathml: String,
-    /// Pictures, which stand beside the page.
+    /// Picture files, in the folder of the page.
     pub(crate) pictures: Vec<Picture>,
     /// File names in the gallery's folder, linked.
     pub(crate) data: Vec<String>,
@@ -50,8 +50,8 @@ pub(crate) struct Section {
     pub(crate) table: Table,
     /// The numbers in the text, by name.
     pub(crate) values: Vec<(String, String)>,
-    /// Where recorded results come from; empty if this run measured them. HTML.
+    /// Source of recorded results, as HTML; empty if this run measured them.
     pub(crate) origin_html: String,
-    /// A small scene that this run computed, beside recorded results.
+    /// A small scene computed by this run, next to recorded results.
     pub(crate) live: Option<Box<Section>>,
 }

@@ -62,7 +62,7 @@ pub(crate) struct Canvas {
     clip: Option<Mask>,
     /// Parts of the page that can be read on their own, in logical pixels.
     parts: Vec<Rect>,
-    /// What does not change on dark pages.
+    /// Colours unchanged on dark pages.
     kept: Kept,
 }
 
@@ -99,7 +99,7 @@ impl Canvas {
         self.kept.0.push(place);
     }
 
-    /// What does not change on dark pages.
+    /// Colours unchanged on dark pages.
     pub(crate) fn kept(&self) -> &Kept {
         &self.kept
     }

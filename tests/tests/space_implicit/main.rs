@@ -30,7 +30,7 @@ fn dot(a: &Image, b: &Image) -> f64 {
     a.pixels.iter().zip(&b.pixels).map(|(a, b)| a.dot(*b)).sum()
 }
 
-/// Independent runs behind an estimate: few long ones, as the variance of stratified samples falls faster than
+/// Independent runs of an estimate: few and long, as the variance of stratified samples falls faster than
 /// their number rises.
 const RUNS: u64 = 24;
 

@@ -1,4 +1,4 @@
-//! What a file is that was given in the place of another, and which command takes it.
+//! Kinds of files passed in place of another kind, and the commands that accept them.
 
 use std::path::{Path, PathBuf};
 

@@ -96,7 +96,7 @@ impl Stage {
         self.shorts(self.vector(0.2, 0.0, 0.0)).replace(", ", ",")
     }
 
-    /// How the mesh was moved and scaled.
+    /// Translation and scale of the mesh.
     pub(super) fn moved(&self) -> Option<String> {
         let (shift, scale) = self.placed?;
         let DVec3 { x, y, z } = shift;

@@ -231,7 +231,7 @@ const SYNONYMS: [(&[&str], &str); 9] = [
     (&["field_of_view", "focal_length", "angle_of_view"], "fov"),
 ];
 
-/// What the name may have been meant for, with its own object.
+/// The probable meaning of the name, with its own object.
 fn nearest_words(name: &str, nearest: Option<&'static str>) -> String {
     let (what, kind) = split_last(name);
     match nearest {

@@ -55,7 +55,7 @@ impl Effort {
     pub(super) const SKETCH: Self =
         Self { steps: 1, stride: 1, starts: [2, 1, 1, 1, 1, 1], seeds: 2, target: 4 };
 
-    /// What a descent depends on: those of a shorter study are part of a longer one.
+    /// Key of a descent: the descents of a shorter study are part of a longer one.
     pub(super) fn of_descents(&self) -> String {
         format!("{} steps, errors of every {}, targets of {} samples", self.steps, self.stride, self.target)
     }

@@ -19,7 +19,7 @@ const LIMIT: f64 = 0.25;
 
 const COLORS: [Color; 4] = [Palette::BLUE, Palette::VERMILION, Palette::GREEN, Palette::PURPLE];
 
-/// What all rows share.
+/// Data shared by all rows.
 pub(super) struct Page<'a> {
     pub(super) title: &'a str,
     /// The side of the film in pixels.

@@ -140,7 +140,7 @@ impl Folder {
         self.path.join(name)
     }
 
-    /// Where the state of one of several starts is kept, in a folder that is made.
+    /// Path of the state of one of several starts; its folder is created.
     pub(super) fn start_path(&self, name: &str) -> anyhow::Result<PathBuf> {
         let folder = self.file("starts");
         std::fs::create_dir_all(&folder)

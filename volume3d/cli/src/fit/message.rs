@@ -1,4 +1,4 @@
-//! What is wrong with a configuration, in the words of the person who wrote it.
+//! Errors in a configuration, in the words of its author.
 
 use std::path::Path;
 
@@ -68,7 +68,7 @@ const ELSEWHERE: [(&[&str], &str); 9] = [
     (&["restarts", "multistart"], "starts = 8 at the top of the file"),
 ];
 
-/// What a type of serde's is called, and how it is written.
+/// Name and syntax of a value of a serde type.
 const TYPES: [(&str, &str); 12] = [
     ("f64", "a number, such as 0.5"),
     ("u64", "a whole number, 0 or more"),
@@ -84,7 +84,7 @@ const TYPES: [(&str, &str); 12] = [
     ("a map", "a table, such as define = { size = \"64\" }"),
 ];
 
-/// How a key that must be there is written, by its table and name.
+/// Syntax of a required key, by its table and name.
 const NEEDED: [(&str, &str, &str); 9] = [
     ("", "scene", "scene = \"scene.xml\""),
     ("", "steps", "steps = 100"),
@@ -109,7 +109,7 @@ pub(super) fn of(error: &toml::de::Error, text: &str, path: &Path) -> String {
     format!("{}: line {number}: {what}", path.display())
 }
 
-/// What is missing at the top has no line.
+/// A key missing at the top level has no line.
 fn is_of_whole_file(message: &str, table: &str) -> bool {
     let key = message.strip_prefix("missing field `").map(|rest| rest.trim_end_matches('`'));
     key.is_some_and(|key| NEEDED.iter().any(|(of, name, _)| of.is_empty() && *name == key))

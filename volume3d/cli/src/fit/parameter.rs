@@ -34,7 +34,7 @@ pub(super) struct ParameterConfig {
     #[serde(default, deserialize_with = "numbers")]
     pub(super) pivot: Option<[f64; 3]>,
     pub(super) start: Option<Vec<f64>>,
-    /// How far starts are from this one.
+    /// Largest distance of other starts from this one.
     pub(super) spread: Option<f64>,
 }
 

@@ -90,7 +90,7 @@ fn deviation(image: &Image) -> f64 {
     *found.select_nth_unstable_by(middle, f64::total_cmp).1 / (6.0 * 0.6745)
 }
 
-/// What the judgements of all views come to.
+/// The judgement over all views.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Quality {
     /// The mean residual of all views, and the mean of what noise explains.
@@ -105,7 +105,7 @@ impl Quality {
         Self { residual: mean(|v| v.residual), noise: mean(|v| v.noise) }
     }
 
-    /// How many times the noise the residual is.
+    /// Residual divided by the noise.
     pub(super) fn ratio(self) -> f64 {
         if self.residual <= self.noise { 1.0 } else { self.residual / self.noise }
     }

@@ -20,10 +20,10 @@ const STYLE: &str = include_str!("report.css");
 /// Views that are shown; all of them are in the folder.
 const SHOWN: usize = 16;
 
-/// What there is to show at the end of a run.
+/// Content of the report at the end of a run.
 pub(super) struct Found<'r> {
     pub(super) fit: &'r Fit,
-    /// Where the fit began.
+    /// Start values of the fit.
     pub(super) start: &'r [f64],
     /// The range of the difference of each view.
     pub(super) ranges: &'r [f64],

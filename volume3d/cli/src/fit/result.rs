@@ -12,7 +12,7 @@ use super::quality::{Judged, Quality};
 /// Numbers of a parameter that are listed one by one; larger ones are in the scene.
 pub(super) const LISTED: usize = 12;
 
-/// What the numbers of a parameter are.
+/// Meaning of a parameter's numbers.
 pub(super) fn unit(group: &Group) -> &'static str {
     match group.quantity {
         Quantity::VertexPositions { .. } | Quantity::Translation { .. } | Quantity::CameraTranslation => {
@@ -31,7 +31,7 @@ pub(super) fn unit(group: &Group) -> &'static str {
     }
 }
 
-/// A pose in words, with the name of what it places.
+/// A pose in words, with the name of its object.
 pub(super) struct Pose<'p> {
     pub(super) name: String,
     pub(super) placed: Placed<'p>,

@@ -32,7 +32,7 @@ const COMPARED: usize = 8;
 const PLACES: u64 = 1 << 35;
 const LOOKS: u64 = (1 << 35) + 1;
 
-/// How far other starts are from the first where a parameter does not say, in rates.
+/// Default distance of other starts from the first, in learning rates.
 const RATES: f64 = 10.0;
 
 /// A start, with the losses before and after its short fit.

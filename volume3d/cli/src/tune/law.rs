@@ -18,7 +18,7 @@ pub(super) struct Rung {
     pub(super) heavy: usize,
     /// Samples that were not finite, in all runs.
     pub(super) non_finite: usize,
-    /// Of finite differences at a bound of a parameter's range: their step, and why they have one side only.
+    /// Step of finite differences at a bound of a parameter's range, and the reason why they are one-sided.
     pub(super) one_sided: Option<(f64, OneSided)>,
 }
 

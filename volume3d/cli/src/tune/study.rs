@@ -48,7 +48,7 @@ pub(super) struct Reference {
     pub(super) seconds: f64,
     /// Runs of which one sample carries so much that errors are not to be trusted.
     pub(super) heavy: usize,
-    /// Of finite differences at a bound of a parameter's range: their step, and why they have one side only.
+    /// Step of finite differences at a bound of a parameter's range, and the reason why they are one-sided.
     pub(super) one_sided: Option<(f64, OneSided)>,
 }
 

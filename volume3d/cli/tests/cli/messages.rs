@@ -1,4 +1,4 @@
-//! Mistakes of newcomers, and what they are told: a table of input and message.
+//! Mistakes of newcomers: a table of inputs and messages.
 
 use glam::DVec3;
 use volume3d::Image;
@@ -255,7 +255,7 @@ fn mistakes_in_a_configuration_are_answered() {
     assert!(!place.path("run").exists());
 }
 
-/// What editors and other systems make of the file is read, or named.
+/// Line ends, byte order marks and encodings of other systems are read, or named in the error.
 #[test]
 fn files_of_other_editors_are_read_or_named() {
     let place = Place::new();

@@ -1,4 +1,4 @@
-//! What moves or is active.
+//! Moving and active parameters.
 
 use glam::DVec3;
 

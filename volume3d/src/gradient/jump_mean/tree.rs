@@ -18,7 +18,7 @@ pub(crate) struct Tree {
     nodes: Vec<Node>,
     /// Leaves of the hierarchy, followed by those of edges that are never silhouettes.
     leaves: Vec<Leaf>,
-    /// What leaves do not hold of their edges, [`LEAF`] of each.
+    /// Data of edges that leaves do not hold, [`LEAF`] for each leaf.
     rest: Vec<Rest>,
     frame: Frame,
     instructions: Instructions,
@@ -176,7 +176,7 @@ struct Plan {
     children: Vec<(Range<usize>, Below)>,
 }
 
-/// What a range of edges becomes.
+/// Subtree of a range of edges.
 enum Below {
     /// One leaf.
     Leaf,

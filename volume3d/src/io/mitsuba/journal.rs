@@ -16,8 +16,7 @@ pub struct Note {
     pub text: String,
     /// Whether geometric derivatives refer to something other than the file's shape.
     pub is_geometric: bool,
-    /// Whether the image differs from Mitsuba's, or from what was probably meant: such a note is shown in every
-    /// run.
+    /// Whether the image differs from Mitsuba's, or from the probable intention. Every run shows such a note.
     pub changes_image: bool,
 }
 

@@ -188,9 +188,9 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The mesh of a shape where its transform puts it, which must be invertible. About axes that are not of length
-/// 1, Mitsuba 3 turns normals by the transform itself, those of the faces of built-in shapes and instances too,
-/// and disks and cylinders are where the inverse that it takes for the transform's puts rays.
+/// The mesh of a shape under its transform, which must be invertible. If a `rotate` has an axis that is not of
+/// length 1, Mitsuba 3 transforms normals by the matrix itself, including face normals of built-in shapes and
+/// instances. Disks and cylinders lie where rays find them by the inverse that Mitsuba assumes.
 pub(super) fn placed(element: &Element, mesh: Mesh, plugin: &str) -> Result<Mesh, Error> {
     let map = transform::invertible(element)?;
     if !transform::has_other_axes(element) {

@@ -111,7 +111,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// What to give in the place of a checkerboard of textures.
+/// Advice for a checkerboard of textures.
 const INSTEAD: &str = "give two colours, or a blendbsdf of two materials with the textures, whose weight is a checkerboard of 0 and 1";
 
 fn checkerboard(object: &Object<'_>, swaps: bool) -> Result<Image, Error> {

@@ -59,8 +59,8 @@ fn step(element: &Element) -> Result<DMat4, Error> {
     }
 }
 
-/// Mitsuba's matrix of a `<rotate>`, cos θ 1 + (1 − cos θ) a aᵀ + sin θ \[a\]×, which is that of a rotation if
-/// the axis a has length 1: any other is taken as it is.
+/// Mitsuba's matrix of a `<rotate>` about an axis a of any length,
+/// cos θ 1 + (1 − cos θ) a aᵀ + sin θ \[a\]×. It is a rotation if a has length 1.
 fn turn(axis: DVec3, degrees: f64) -> DMat3 {
     // Quarter turns are exact: a floor stays flat.
     let (sine, cosine) = match degrees.rem_euclid(360.0) {
