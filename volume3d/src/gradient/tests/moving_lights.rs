@@ -99,6 +99,16 @@ fn lights() -> Vec<Case> {
         aspect,
         texture: slide,
     };
+    // Its rim is beyond the floor. As it turns, its falloff changes alone.
+    let clear = Light::Projector {
+        id: id(),
+        position,
+        to_world: above,
+        intensity,
+        field_of_view: 2.4,
+        aspect,
+        texture: None,
+    };
     let direction = DVec3::new(0.4, -0.8, 0.3).normalize();
     let sun = |kappa| Light::Directional { id: id(), direction, irradiance: intensity, kappa };
     let moves: fn(&mut Tangent) = |c| c.pose[0] = DVec3::new(-0.6, 1.0, 0.8);
@@ -136,6 +146,7 @@ fn lights() -> Vec<Case> {
         ("texels of a spot", with(spot, Some(beam)), fades),
         ("a projector moves", with(projector.clone(), Some(bordered.clone())), moves),
         ("a projector turns", with(projector.clone(), Some(bordered.clone())), turns),
+        ("a projector without a slide turns", with(clear, None), turns),
         ("texels of a slide", with(projector, Some(bordered)), fades),
         ("parallel light turns", with(sun(f64::INFINITY), None), moves),
         ("a lobe of light turns", with(sun(20.0), None), moves),
