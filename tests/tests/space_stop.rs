@@ -1,6 +1,7 @@
 //! A request to stop a computation takes effect within a sample or two, not a cell: one pixel may have
 //! millions of samples.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -92,13 +93,14 @@ fn every_method_stops_within_a_cell() {
     change.translate(&scene, 1, DVec3::new(0.5, 0.3, 0.1));
     let mut failures = vec![];
     for (name, run) in METHODS {
-        let flag: &'static AtomicBool = Box::leak(Box::new(AtomicBool::new(false)));
+        let flag = Arc::new(AtomicBool::new(false));
+        let set = Arc::clone(&flag);
         let asks = std::thread::spawn(move || {
             std::thread::sleep(AFTER);
-            flag.store(true, Ordering::Relaxed);
+            set.store(true, Ordering::Relaxed);
         });
         let start = Instant::now();
-        let stopped = run(&scene, &change, &Progress::none().until(flag));
+        let stopped = run(&scene, &change, &Progress::none().until(move || flag.load(Ordering::Relaxed)));
         let late = start.elapsed().saturating_sub(AFTER);
         asks.join().expect("no panic");
         println!("{name}: stopped {stopped}, {:.0} ms after", 1e3 * late.as_secs_f64());

@@ -97,6 +97,13 @@ const TAIL: f64 = 1.5;
 /// Rays without debiasing, where the bias is a few per cent of the boundary term.
 const RAYS_WITHOUT_DEBIASING: usize = 16;
 
+impl Method {
+    /// Its name in options and in the library.
+    fn name(self) -> String {
+        self.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default()
+    }
+}
+
 impl MethodOptions {
     /// A method as it is by default.
     pub(super) fn plain(method: Method) -> Self {
@@ -165,24 +172,20 @@ impl MethodOptions {
     }
 
     pub(super) fn estimator(&self, samples: usize, seed: u64, step: Option<f64>) -> Estimator {
-        match self.method() {
-            Method::FiniteDifference => {
-                let step = step.unwrap_or(FiniteDifference::default().step);
-                return Estimator::finite_difference(samples, step, seed);
+        let estimator = Estimator::by_name(&self.method().name(), samples, seed);
+        let method = match estimator.expect("a name of the library's") {
+            Estimator::FiniteDifference(method) => {
+                let step = step.unwrap_or(method.step);
+                return Estimator::FiniteDifference(FiniteDifference { step, ..method });
             }
-            Method::Automatic => return Estimator::auto(samples, seed),
-            Method::Rotation => return Estimator::rotation(samples, seed),
-            Method::Edge => {
+            Estimator::EdgeSampling(method) => {
                 let allow_missing = self.allow_missing.iter().map(|&kind| kind.into()).collect();
-                let Estimator::EdgeSampling(method) = Estimator::edge_sampling(samples, seed) else {
-                    unreachable!("its constructor")
-                };
                 return Estimator::EdgeSampling(EdgeSampling { allow_missing, ..method });
             }
-            Method::WarpedArea | Method::Interior => {}
-        }
-        let warp = Warp { debias: self.debias(), ..WarpedArea::default().warp };
-        let warps = self.method() != Method::Interior;
+            Estimator::WarpedArea(method) => method,
+            other => return other,
+        };
+        let warp = Warp { debias: self.debias(), ..method.warp };
         let rays = self.field == Some(FieldKind::Rays) || self.asks_for_rays();
         let field = match self.field {
             _ if rays => Field::AuxiliaryRays,
@@ -190,15 +193,7 @@ impl MethodOptions {
             _ => Field::default(),
         };
         let implicit = self.implicit();
-        Estimator::WarpedArea(WarpedArea {
-            samples,
-            field,
-            implicit,
-            warp,
-            warps,
-            seed,
-            ..WarpedArea::default()
-        })
+        Estimator::WarpedArea(WarpedArea { field, implicit, warp, ..method })
     }
 
     fn implicit(&self) -> ImplicitField {
@@ -242,4 +237,16 @@ pub(super) fn chosen(
     let (estimator, choice) = estimator.chosen(choose)?;
     let words = choice.map(|choice| choice.to_string()).unwrap_or_default();
     Ok((estimator, if words.is_empty() { words } else { words + "\n" }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `--method` and the library have the same names.
+    #[test]
+    fn methods_are_those_of_the_library() {
+        let names: Vec<String> = Method::value_variants().iter().map(|method| method.name()).collect();
+        assert_eq!(names, Estimator::METHODS);
+    }
 }

@@ -244,7 +244,7 @@ impl Threads {
 
 /// Progress that nobody sees, but which stops at a signal.
 pub(super) fn silent() -> Progress {
-    Progress::none().until(&signals::STOP)
+    Progress::none().until(signals::is_asked)
 }
 
 /// A bar on the standard error, if that is a terminal; it vanishes at its end.
@@ -277,7 +277,7 @@ impl Bar {
             stepped.step();
             step.inc(1);
         };
-        Progress::new(begin, advance).until(&signals::STOP)
+        Progress::new(begin, advance).until(signals::is_asked)
     }
 
     pub(super) fn step(&self) {

@@ -62,9 +62,14 @@ pub(super) fn status() -> u8 {
     STATUS.load(Ordering::Relaxed) as u8
 }
 
+/// Whether a signal came.
+pub(super) fn is_asked() -> bool {
+    STOP.load(Ordering::Relaxed)
+}
+
 /// Ends here if a signal came in the meantime.
 pub(super) fn stop_if_asked() -> Result<(), Stopped> {
-    if STOP.load(Ordering::Relaxed) { Err(Stopped) } else { Ok(()) }
+    if is_asked() { Err(Stopped) } else { Ok(()) }
 }
 
 /// Whether an error answers a signal.

@@ -2,10 +2,12 @@
 
 use flatland::sdf::fields::FieldError;
 use flatland::warp::WarpError;
+use glam::DVec3;
 
 use super::progress::Stopped;
 use super::unsupported::Unsupported;
-use crate::scene::SceneError;
+use crate::Image;
+use crate::scene::{Scene, SceneError};
 
 /// Reason why a gradient or an image cannot be computed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -24,6 +26,16 @@ pub enum GradientError {
         found: (usize, usize),
         /// Columns and rows of the film.
         film: (usize, usize),
+    },
+    /// A pixel of the adjoint image is NaN or infinite.
+    #[error("the adjoint image is {value} in pixel ({x}, {y}), but must be finite")]
+    NonFiniteAdjoint {
+        /// Column.
+        x: usize,
+        /// Row, from the top.
+        y: usize,
+        /// The pixel.
+        value: DVec3,
     },
     /// The tangent belongs to another scene.
     #[error("the tangent belongs to another scene: its tables differ in size")]
@@ -71,4 +83,16 @@ pub enum GradientError {
     /// Cancelled.
     #[error(transparent)]
     Stopped(#[from] Stopped),
+}
+
+/// Checks that an adjoint image has the size of the film and finite pixels.
+pub(super) fn check_adjoint(scene: &Scene, adjoint: &Image) -> Result<(), GradientError> {
+    let Image { width, height, pixels } = adjoint;
+    if adjoint.size() != scene.size() || pixels.len() != width * height {
+        return Err(GradientError::Adjoint { found: adjoint.size(), film: scene.size() });
+    }
+    match pixels.iter().position(|pixel| !pixel.is_finite()) {
+        Some(i) => Err(GradientError::NonFiniteAdjoint { x: i % width, y: i / width, value: pixels[i] }),
+        None => Ok(()),
+    }
 }

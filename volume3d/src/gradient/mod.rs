@@ -50,6 +50,7 @@ mod accumulator;
 mod allocation;
 mod auxiliary;
 mod border;
+mod by_name;
 mod camera_rays;
 mod contribution;
 mod curve;
@@ -94,6 +95,7 @@ mod warped_area;
 mod warps;
 
 pub use allocation::Allocation;
+pub use by_name::UnknownMethod;
 pub use contribution::{Contribution, Source};
 pub use edge_sampling::EdgeSampling;
 pub use error::GradientError;

@@ -1,13 +1,11 @@
 //! Progress reports and cancellation of long computations.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-
 /// Callbacks of a long computation: progress and cancellation.
 #[derive(Default)]
 pub struct Progress {
     start: Option<Box<dyn Fn(usize) + Send + Sync>>,
     step: Option<Box<dyn Fn() + Send + Sync>>,
-    stop: Option<&'static AtomicBool>,
+    stop: Option<Box<dyn Fn() -> bool + Send + Sync>>,
 }
 
 impl std::fmt::Debug for Progress {
@@ -37,10 +35,20 @@ impl Progress {
         Self { start: Some(Box::new(start)), step: Some(Box::new(step)), stop: None }
     }
 
-    /// Cancels when the flag is set.
+    /// Cancels when `stop` returns true. All threads call it before every sample, so that it must be fast: it
+    /// reads a flag.
+    ///
+    /// ```
+    /// use std::sync::Arc;
+    /// use std::sync::atomic::{AtomicBool, Ordering};
+    /// # use volume3d::gradient::Progress;
+    /// let flag = Arc::new(AtomicBool::new(false));
+    /// let read = Arc::clone(&flag);
+    /// let progress = Progress::none().until(move || read.load(Ordering::Relaxed));
+    /// ```
     #[must_use]
-    pub fn until(mut self, stop: &'static AtomicBool) -> Self {
-        self.stop = Some(stop);
+    pub fn until(mut self, stop: impl Fn() -> bool + Send + Sync + 'static) -> Self {
+        self.stop = Some(Box::new(stop));
         self
     }
 
@@ -57,6 +65,6 @@ impl Progress {
     }
 
     pub(crate) fn stopped(&self) -> bool {
-        self.stop.is_some_and(|stop| stop.load(Ordering::Relaxed))
+        self.stop.as_ref().is_some_and(|stop| stop())
     }
 }

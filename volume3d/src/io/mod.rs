@@ -43,9 +43,9 @@ pub use self::error::{
 };
 pub use self::files::{destination, read_bytes, read_text, write_bytes};
 pub use self::image::{
-    Encoding, covered, load_image, load_image_over, read_exr, read_image, signed_colour, signed_range,
-    write_animation, write_exr, write_exr_with_comments, write_png, write_png_with_comments,
-    write_signed_png, write_signed_png_with_comments,
+    Encoding, covered, encode_png, encode_signed_png, load_image, load_image_over, read_exr, read_image,
+    signed_colour, signed_range, write_animation, write_exr, write_exr_with_comments, write_png,
+    write_png_with_comments, write_signed_png, write_signed_png_with_comments,
 };
 pub use self::mitsuba::{
     Note, ReadOptions, load_scene, load_scene_with, read_scene, read_scene_with, write_scene,

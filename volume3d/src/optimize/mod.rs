@@ -42,6 +42,7 @@ mod mask_loss;
 mod name;
 mod objective;
 mod parameters;
+mod parts;
 mod pose;
 mod quantity;
 mod regularizer;
@@ -53,8 +54,10 @@ mod tests;
 
 pub use adam::Adam;
 pub use chart::Chart;
-pub use checkpoint::{CheckpointError, read_checkpoint, write_checkpoint};
-pub use fit::{Fit, FitError, Optimizer, Plan, Record, State, Times};
+pub use checkpoint::{
+    CheckpointError, StateError, decode_state, encode_state, read_checkpoint, write_checkpoint,
+};
+pub use fit::{Fit, FitError, Optimizer, Plan, Record, State, Times, Told};
 pub use grid_steps::GridSteps;
 pub use large_steps::{LargeSteps, LargeStepsError};
 pub use lbfgs::{End, Lbfgs, LbfgsError, Minimum, lbfgs};
@@ -63,6 +66,7 @@ pub use mask_loss::{MaskEvaluation, MaskLoss, MaskLossError};
 pub use name::{Lack, NameParts, ParameterError};
 pub use objective::{Evaluation, MaskTerm, Objective, ObjectiveError, Penalty, Reverse, View};
 pub use parameters::{Group, Parameters, Placed};
+pub use parts::{Part, PartsError, Task};
 pub use quantity::{Member, Quantity, TextureUse};
 pub use regularizer::Regularizer;
 pub use schedule::Schedule;

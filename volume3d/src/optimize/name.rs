@@ -1,9 +1,10 @@
 //! Parameter names: parsing, look-up and errors.
 
+use std::collections::{BTreeMap, HashMap};
 use std::fmt;
 
 use super::quantity::{Member, Quantity};
-use crate::scene::{Object, Scene, closest_first, listed};
+use crate::scene::{Collection, Object, Scene, closest_first, listed};
 
 /// Unknown parameter names, or names that exclude each other.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -78,6 +79,12 @@ pub enum ParameterError {
         name: String,
         /// The first.
         other: String,
+    },
+    /// A list of tied names is empty.
+    #[error("parameter {index} is a tie of no names")]
+    Empty {
+        /// Its index.
+        index: usize,
     },
     /// Two parameters move one object in different ways.
     #[error("`{name}` and `{other}` both move {id}; fit one of them")]
@@ -296,6 +303,29 @@ impl Quantity {
             FORMS[..FORMS.len() - 1].iter().filter(|form| is_camera(split_last(form).0) == is_camera(what));
         let nearest = fitting.min_by_key(distance).filter(|form| distance(form) <= 1 + word.len() / 3);
         Err(ParameterError::Form { name: name.to_owned(), nearest: nearest.copied() })
+    }
+
+    /// The names of all parameters of a scene, sorted, without those of components.
+    #[must_use]
+    pub fn names(scene: &Scene) -> Vec<String> {
+        let ids: HashMap<&str, usize> = scene.objects().fold(HashMap::new(), |mut ids, (_, id)| {
+            *ids.entry(id).or_default() += 1;
+            ids
+        });
+        // As in `Scene::named`.
+        let is_named = |object: &Object, id: &str| match object {
+            Object::Camera => true,
+            Object::Collection(Collection::All | Collection::Lights) => ids[id] == 1,
+            _ => id != "camera" && !id.is_empty(),
+        };
+        let mut usable: BTreeMap<String, bool> = BTreeMap::new();
+        for (object, id) in scene.objects().filter(|(object, id)| is_named(object, id)) {
+            for (kind, quantity) in Self::of(scene, object) {
+                *usable.entry(format!("{id}.{kind}")).or_insert(true) &=
+                    !quantity.is_attribute_out_of_range(scene);
+            }
+        }
+        usable.into_iter().filter_map(|(name, usable)| usable.then_some(name)).collect()
     }
 
     /// Finds a parameter of a scene by its name; the first if several objects have the name.

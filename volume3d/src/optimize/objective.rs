@@ -1,6 +1,6 @@
 //! Objective of a fit: image losses over views, mask losses and regularizers.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use flatland::random::stream;
 use rand::Rng as _;
@@ -11,9 +11,7 @@ use super::parameters::Parameters;
 use super::regularizer::Regularizer;
 use super::silhouettes::silhouette_weights;
 use crate::Image;
-use crate::gradient::{
-    ActiveParameters, Gradient, GradientError, Progress, Rendering, Stopped, Tangent, render_pixels,
-};
+use crate::gradient::{ActiveParameters, Gradient, GradientError, Progress, Stopped, Tangent};
 use crate::scene::{Camera, Film, Scene, SceneError};
 #[cfg(doc)]
 use crate::sdf::network::eikonal_loss;
@@ -216,86 +214,6 @@ impl Objective {
         scene.set_film(*film).map_err(error)
     }
 
-    /// Estimates the objective over some of the views, and its derivative by x, with the scene already at x.
-    ///
-    /// Image and gradient of each view use separate random numbers, derived from `seed`.
-    ///
-    /// # Errors
-    /// An [`ObjectiveError`].
-    ///
-    /// # Panics
-    /// If there is no such view, or x has another length.
-    pub fn evaluate(
-        &self,
-        scene: &mut Scene,
-        at: (&Parameters, &[f64]),
-        views: &[usize],
-        seed: u64,
-        reverse: Reverse<'_>,
-        progress: &Progress,
-    ) -> Result<Evaluation, ObjectiveError> {
-        self.evaluate_with(self.masks, scene, at, views, seed, reverse, progress)
-    }
-
-    /// `evaluate` with another mask loss.
-    #[expect(clippy::too_many_arguments, reason = "those of `evaluate` and one more")]
-    pub(super) fn evaluate_with(
-        &self,
-        masks: Option<MaskTerm>,
-        scene: &mut Scene,
-        (parameters, x): (&Parameters, &[f64]),
-        views: &[usize],
-        seed: u64,
-        reverse: Reverse<'_>,
-        progress: &Progress,
-    ) -> Result<Evaluation, ObjectiveError> {
-        if views.is_empty() {
-            return Err(ObjectiveError::NoViews);
-        }
-        let active = parameters.active(scene);
-        let mut evaluation = Evaluation {
-            loss: 0.0,
-            penalty: 0.0,
-            gradient: vec![0.0; x.len()],
-            non_finite: 0,
-            image_time: Duration::ZERO,
-            gradient_time: Duration::ZERO,
-        };
-        let part = 1.0 / views.len() as f64;
-        for &v in views {
-            self.look(scene, v)?;
-            let seed = stream(seed, &[v as u64]).next_u64();
-            let start = Instant::now();
-            let chosen = self.chosen(v, seed)?;
-            let wanted = |pixel: usize| chosen.as_ref().is_none_or(|chosen| chosen[pixel]);
-            let rendering = render_pixels(scene, self.image_samples, seed, wanted, progress)?;
-            evaluation.image_time += start.elapsed();
-            let image = self.only(v, &chosen, &rendering);
-            let (mut loss, mut adjoint) = self.compare_seen(scene, &active, &self.views[v], &image)?;
-            if let Some(chosen) = &chosen {
-                let each = chosen.len() as f64 / chosen.iter().filter(|chosen| **chosen).count() as f64;
-                loss *= each;
-                adjoint.pixels.iter_mut().for_each(|p| *p *= each);
-            }
-            adjoint.pixels.iter_mut().for_each(|p| *p *= part);
-            let start = Instant::now();
-            let gradient = reverse(scene, &adjoint, &active, seed, progress)?;
-            evaluation.gradient_time += start.elapsed();
-            evaluation.loss += part * loss;
-            evaluation.non_finite += rendering.non_finite.len() + gradient.non_finite.len();
-            let mut tangent = gradient.by_parameter;
-            if let (Some(MaskTerm { implicit, loss }), Some(mask)) = (masks, &self.views[v].mask) {
-                let error = |source| ObjectiveError::Mask { view: self.views[v].name.clone(), source };
-                let found = loss.of(scene, implicit, mask).map_err(error)?;
-                evaluation.loss += part * found.loss;
-                tangent.implicits[implicit].add_scaled(part, &found.gradient);
-            }
-            add(&mut evaluation.gradient, &parameters.gradient(scene, x, &tangent));
-        }
-        self.add_penalties(scene, (parameters, x), seed, &mut evaluation)?;
-        Ok(evaluation)
-    }
-
     /// The evaluated pixels of a view; `None` if all are.
     pub(super) fn chosen(&self, view: usize, seed: u64) -> Result<Option<Vec<bool>>, ObjectiveError> {
         let View { name, target, .. } = &self.views[view];
@@ -317,8 +235,8 @@ impl Objective {
     }
 
     /// The rendering in evaluated pixels, and the target elsewhere.
-    fn only(&self, view: usize, chosen: &Option<Vec<bool>>, rendering: &Rendering) -> Image {
-        let (image, target) = (&rendering.image, &self.views[view].target);
+    pub(super) fn only(&self, view: usize, chosen: &Option<Vec<bool>>, image: &Image) -> Image {
+        let target = &self.views[view].target;
         let Some(chosen) = chosen.as_ref().filter(|_| image.size() == target.size()) else {
             return image.clone();
         };
@@ -354,7 +272,7 @@ impl Objective {
     }
 
     /// `compare` with the weights of silhouettes as well.
-    fn compare_seen(
+    pub(super) fn compare_seen(
         &self,
         scene: &Scene,
         active: &ActiveParameters,
@@ -387,7 +305,7 @@ impl Objective {
         Ok((loss, adjoint))
     }
 
-    fn add_penalties(
+    pub(super) fn add_penalties(
         &self,
         scene: &Scene,
         (parameters, x): (&Parameters, &[f64]),
@@ -433,6 +351,6 @@ fn product(weights: Option<Image>, by: Image) -> Image {
     }
 }
 
-fn add(sums: &mut [f64], more: &[f64]) {
+pub(super) fn add(sums: &mut [f64], more: &[f64]) {
     sums.iter_mut().zip(more).for_each(|(sum, m)| *sum += m);
 }

@@ -19,7 +19,9 @@ use crate::geometry::{Accelerator, Normals};
 use crate::optics::Coating;
 
 /// A scene: a validated description, with the data needed for tracing and shading.
-#[derive(Debug)]
+///
+/// A clone is independent: it copies all tables, and counts lost rays from 0.
+#[derive(Clone, Debug)]
 pub struct Scene {
     pub(crate) description: Description,
     /// Camera, implicit surfaces and lights in the scene's internal coordinates, which all fields below use.

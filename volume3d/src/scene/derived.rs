@@ -8,6 +8,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 #[derive(Debug, Default)]
 pub(super) struct Derived(Mutex<HashMap<TypeId, Arc<dyn Any + Send + Sync>>>);
 
+impl Clone for Derived {
+    /// Shares the values that are known so far.
+    fn clone(&self) -> Self {
+        Self(Mutex::new(self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()))
+    }
+}
+
 impl Derived {
     /// Clears the cache.
     pub(super) fn clear(&mut self) {

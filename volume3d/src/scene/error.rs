@@ -128,6 +128,32 @@ pub enum SceneError {
         /// Rows of the film.
         height: usize,
     },
+    /// A number of a parameter is not finite or outside of its bounds.
+    #[error("number {index} of `{name}` is {value}, but must be finite and from {} to {}", .bounds[0], .bounds[1])]
+    Parameter {
+        /// The parameter.
+        name: String,
+        /// Index of the number among those of the parameter.
+        index: usize,
+        /// Its value.
+        value: f64,
+        /// Lower and upper bound.
+        bounds: [f64; 2],
+    },
+    /// The vector of parameters has another length.
+    #[error("{found} numbers are given for parameters of {expected}")]
+    Parameters {
+        /// How many are given.
+        found: usize,
+        /// How many there are.
+        expected: usize,
+    },
+    /// A parameter belongs to a scene of other objects, or of another topology.
+    #[error("`{name}` is a parameter of another scene: here it does not exist, or has another size")]
+    OtherScene {
+        /// The parameter.
+        name: String,
+    },
     /// A total count exceeds the range of indices.
     #[error("the scene has {count} {what}, more than {most}")]
     TooLarge {

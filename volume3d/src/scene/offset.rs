@@ -20,7 +20,7 @@ use super::{Camera, Description, ImplicitShape, Light};
 const NEAR: f64 = 64.0;
 
 /// Camera, implicit surfaces and lights in internal coordinates.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Placed {
     /// Origin of the internal coordinates, in the coordinates of the description.
     pub(super) offset: DVec3,

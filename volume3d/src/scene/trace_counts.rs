@@ -80,6 +80,13 @@ pub(super) struct Counters {
     too_flat: AtomicU64,
 }
 
+impl Clone for Counters {
+    /// Counts from 0.
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
 impl Counters {
     pub(super) fn count_out_of_steps(&self) {
         count_lost();

@@ -62,6 +62,17 @@ impl Scene {
         Ok(())
     }
 
+    /// Sets camera, implicit surfaces, lights, environment, materials and radiances to those of a description
+    /// of this scene, which are valid. Takes the time of [`Scene::new`].
+    pub(crate) fn restore(&mut self, saved: Description, radiances: Vec<Option<DVec3>>) {
+        let Description { camera, implicits, lights, environment, materials, .. } = saved;
+        let d = &mut self.description;
+        d.shapes.iter_mut().zip(radiances).for_each(|(shape, radiance)| shape.radiance = radiance);
+        (d.camera, d.implicits, d.lights) = (camera, implicits, lights);
+        (d.environment, d.materials) = (environment, materials);
+        self.assemble_anew();
+    }
+
     fn assemble_anew(&mut self) {
         let Description { camera, film, .. } = &self.description;
         let nothing = Description::new(camera.clone(), *film);
@@ -120,6 +131,17 @@ impl Scene {
             self.assemble_anew();
         }
         Ok(())
+    }
+
+    /// The same scene through another camera and on another film.
+    ///
+    /// # Errors
+    /// [`SceneError`]; see [`set_camera`](Self::set_camera) and [`set_film`](Self::set_film).
+    pub fn seen_by(&self, camera: Camera, film: Film) -> Result<Self, SceneError> {
+        let mut scene = self.clone();
+        scene.set_film(film)?;
+        scene.set_camera(camera)?;
+        Ok(scene)
     }
 
     /// Replaces the camera.

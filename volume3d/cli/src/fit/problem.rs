@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{anyhow, bail};
 use glam::DVec3;
 use volume3d::Image;
-use volume3d::gradient::{ActiveParameters, Estimator, Gradient, GradientError, Pilot, Progress, Survey};
+use volume3d::gradient::{ActiveParameters, Estimator, Gradient, GradientError, Pilot, Progress};
 use volume3d::io::read_bytes;
 use volume3d::optimize::{
     Adam, Fit, GridSteps, Group, LargeSteps, MaskTerm, Member, Objective, Optimizer, Parameters, Penalty,
@@ -260,9 +260,6 @@ pub(super) fn reverse(
     }
 }
 
-/// Views that a pilot looks at, at most: evenly among all.
-const SURVEYED: usize = 8;
-
 /// The method of all steps. A pilot chooses by what views see before the first step, so that a run that is
 /// gone on with has the same.
 pub(super) fn chosen(config: &Config, fit: &Fit, scene: &mut Scene) -> anyhow::Result<(Estimator, String)> {
@@ -271,18 +268,10 @@ pub(super) fn chosen(config: &Config, fit: &Fit, scene: &mut Scene) -> anyhow::R
     if method != Method::Automatic {
         return Ok((estimator, String::new()));
     }
-    let active = fit.parameters().active(scene);
-    let views = fit.objective().views.len();
-    let surveyed = views.min(SURVEYED);
-    let bar = Bar::new(surveyed, "pilot");
     let pilot = Pilot { samples: config.gradient.spp, seed: config.seed };
-    let mut surveys = vec![];
-    for k in 0..surveyed {
-        fit.objective().look(scene, k * views / surveyed)?;
-        surveys.push(pilot.survey(scene, None, &active, &silent())?);
-        bar.step();
-    }
-    Ok(method::chosen(estimator, |pilot| Ok(pilot.choice(&Survey::of_all(surveys))))?)
+    let bar = Bar::new(fit.surveyed(), "pilot");
+    let choice = fit.choose(&pilot, scene, &silent(), || bar.step())?;
+    Ok(method::chosen(estimator, |_| Ok(choice))?)
 }
 
 /// Warnings of a method that misses the boundary terms of what is fitted. The silhouettes of the shape of

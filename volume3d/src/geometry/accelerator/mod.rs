@@ -75,7 +75,7 @@ pub struct Hit {
 /// - Of several triangles at the least distance the one of lowest index is hit.
 /// - The same ray has the same hit, bit for bit, alone and in a bundle, on every machine.
 /// - A triangle whose corners are exactly collinear, or not finite, is never hit.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Accelerator {
     frame: Frame,
     tree: Tree,

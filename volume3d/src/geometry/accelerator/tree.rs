@@ -107,7 +107,7 @@ pub(super) struct Leaf {
 }
 
 /// Nodes in depth-first order, the root first, and leaves in the order in which they are reached.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Tree {
     pub(super) nodes: Vec<Node>,
     pub(super) leaves: Vec<Leaf>,

@@ -61,6 +61,7 @@ pub use self::survey::Survey;
 use self::survey::{Seen, softened};
 use self::trial::Trial;
 use super::curve::contacts_are_followed;
+use super::error::check_adjoint;
 use super::{ActiveParameters, EdgeSampling, Field, GradientError, Progress, Tangent, WarpedArea};
 use crate::Image;
 use crate::scene::{Bsdf, Scene, Triangle};
@@ -197,11 +198,7 @@ impl Pilot {
         active: &ActiveParameters,
         progress: &Progress,
     ) -> Result<Survey, GradientError> {
-        if let Some(adjoint) = adjoint
-            && (adjoint.size() != scene.size() || adjoint.pixels.len() != adjoint.width * adjoint.height)
-        {
-            return Err(GradientError::Adjoint { found: adjoint.size(), film: scene.size() });
-        }
+        adjoint.map_or(Ok(()), |adjoint| check_adjoint(scene, adjoint))?;
         let change = self.stand_in(scene, active);
         let smooth = active.lights
             || active.environment_rotation

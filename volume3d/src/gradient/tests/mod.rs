@@ -299,3 +299,26 @@ fn russian_roulette_spares_paths_behind_black_walls() {
     comparisons.reject("emission alone", (12.0, 0.0), reference);
     comparisons.finish();
 }
+
+/// Every reverse mode refuses an adjoint of another size, or with a pixel that is not finite, by its place.
+#[test]
+fn bad_adjoints_are_refused() {
+    let scene = square(Filter::Box);
+    let (active, none) = (ActiveParameters::everything(&scene), Progress::none());
+    let (width, height) = scene.size();
+    for name in Estimator::METHODS.into_iter().filter(|name| *name != "finite-difference") {
+        let estimator = Estimator::by_name(name, 1, 0).unwrap();
+        for bad in [f64::NAN, f64::NEG_INFINITY] {
+            let mut adjoint = Image::constant(width, height, DVec3::ONE);
+            adjoint.pixels[2 * width + 1].y = bad;
+            let error = estimator.reverse(&scene, &adjoint, &active, &none).unwrap_err();
+            let GradientError::NonFiniteAdjoint { x: 1, y: 2, value } = error else {
+                panic!("{name}: {error}");
+            };
+            assert_eq!(value.to_array().map(f64::to_bits), [1.0, bad, 1.0].map(f64::to_bits));
+        }
+        let larger = Image::constant(width, height + 1, DVec3::ONE);
+        let error = estimator.reverse(&scene, &larger, &active, &none).unwrap_err();
+        assert!(matches!(error, GradientError::Adjoint { .. }), "{name}: {error}");
+    }
+}

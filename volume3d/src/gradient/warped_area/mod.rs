@@ -24,7 +24,7 @@ use super::accumulator::Sums;
 use super::allocation::Allocation;
 use super::auxiliary::Construction;
 use super::curve::{Budget, Kind};
-use super::error::GradientError;
+use super::error::{GradientError, check_adjoint};
 use super::film::FilmPlane;
 use super::implicit_field::ImplicitField;
 use super::jump_mean::SceneEdges;
@@ -163,8 +163,8 @@ impl WarpedArea {
     ///
     /// # Errors
     /// [`GradientError`]: `Unsupported` if geometry is active in front of ideal mirrors or under lights
-    /// without extent, or such a light moves that casts shadows, `Adjoint` if the adjoint image differs from
-    /// the film in size, `Samples`, `Reach`, `Softness`, `ImplicitField`, `Allocation` and `Warp` for
+    /// without extent, or such a light moves that casts shadows, `Adjoint` or
+    /// `NonFiniteAdjoint` if the adjoint image differs from the film in size or is not finite, `Samples`, `Reach`, `Softness`, `ImplicitField`, `Allocation` and `Warp` for
     /// parameters out of range, and `Stopped`.
     pub fn reverse(
         &self,
@@ -292,9 +292,7 @@ impl WarpedArea {
         active: &ActiveParameters,
         construction: Construction,
     ) -> Result<(), GradientError> {
-        if adjoint.size() != scene.size() || adjoint.pixels.len() != adjoint.width * adjoint.height {
-            return Err(GradientError::Adjoint { found: adjoint.size(), film: scene.size() });
-        }
+        check_adjoint(scene, adjoint)?;
         if self.warps {
             left_out_of_active(scene, active, &[])?;
         }

@@ -58,6 +58,15 @@ pub fn write_png_with_comments(path: &Path, image: &Image, comments: &str) -> Re
     write_png_bytes(path, image, &srgb_bytes(image), &[(COMMENT, comments.to_owned())])
 }
 
+/// [`write_png`] to memory.
+///
+/// # Errors
+/// An [`ImageProblem`] if the number of pixels is not that of the size.
+pub fn encode_png(image: &Image) -> Result<Vec<u8>, ImageProblem> {
+    check(image)?;
+    png_bytes(image, &srgb_bytes(image), &[])
+}
+
 /// The keyword of comments in a PNG.
 pub(super) const COMMENT: &str = "Comment";
 
@@ -110,6 +119,15 @@ pub(super) fn write_png_bytes(
     rgb: &[u8],
     texts: &[(&str, String)],
 ) -> Result<(), Error> {
+    files::write_bytes(path, &png_bytes(image, rgb, texts).map_err(error(path))?)
+}
+
+/// 8-bit RGB with text chunks as a PNG.
+pub(super) fn png_bytes(
+    image: &Image,
+    rgb: &[u8],
+    texts: &[(&str, String)],
+) -> Result<Vec<u8>, ImageProblem> {
     let mut bytes = vec![];
     let mut encode = || {
         let mut encoder = encoder(&mut bytes, image);
@@ -120,6 +138,6 @@ pub(super) fn write_png_bytes(
         writer.write_image_data(rgb)?;
         writer.finish()
     };
-    encode().map_err(|e| error(path)(e.into()))?;
-    files::write_bytes(path, &bytes)
+    encode()?;
+    Ok(bytes)
 }

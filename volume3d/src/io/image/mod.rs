@@ -10,9 +10,11 @@ use std::path::Path;
 
 pub use self::decode::{load_image, load_image_over, read_exr, read_image};
 pub use self::encode::{
-    write_animation, write_exr, write_exr_with_comments, write_png, write_png_with_comments,
+    encode_png, write_animation, write_exr, write_exr_with_comments, write_png, write_png_with_comments,
 };
-pub use self::signed::{signed_colour, signed_range, write_signed_png, write_signed_png_with_comments};
+pub use self::signed::{
+    encode_signed_png, signed_colour, signed_range, write_signed_png, write_signed_png_with_comments,
+};
 pub use self::transfer::{Encoding, covered};
 
 use super::{Error, ImageProblem};

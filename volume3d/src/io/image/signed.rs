@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use super::encode::{COMMENT, write_png_bytes};
+use super::encode::{COMMENT, png_bytes, write_png_bytes};
 use super::{check, error};
 use crate::Image;
-use crate::io::Error;
+use crate::io::{Error, ImageProblem};
 
 /// The diverging map `RdBu` of Brewer (ColorBrewer 2.0), sRGB bytes, from negative (blue) over zero (white)
 /// to positive (red). Its nodes are interpolated linearly in sRGB.
@@ -81,9 +81,21 @@ pub fn write_signed_png_with_comments(
     comments: &str,
 ) -> Result<(), Error> {
     check(image).map_err(error(path))?;
-    let bytes: Vec<u8> = values(image).flat_map(|x| signed_colour(x, range)).collect();
     let text = format!("mean of R, G, B; blue −{range:e}, white 0, red {range:e}");
-    write_png_bytes(path, image, &bytes, &[("Range", text), (COMMENT, comments.to_owned())])
+    write_png_bytes(path, image, &colours(image, range), &[("Range", text), (COMMENT, comments.to_owned())])
+}
+
+/// [`write_signed_png`] to memory.
+///
+/// # Errors
+/// An [`ImageProblem`] if the number of pixels is not that of the size.
+pub fn encode_signed_png(image: &Image, range: f64) -> Result<Vec<u8>, ImageProblem> {
+    check(image)?;
+    png_bytes(image, &colours(image, range), &[])
+}
+
+fn colours(image: &Image, range: f64) -> Vec<u8> {
+    values(image).flat_map(|x| signed_colour(x, range)).collect()
 }
 
 fn values(image: &Image) -> impl Iterator<Item = f64> + '_ {

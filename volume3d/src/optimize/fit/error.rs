@@ -1,6 +1,7 @@
 //! Errors of a fit.
 
 use super::super::objective::ObjectiveError;
+use super::super::parts::PartsError;
 use crate::scene::SceneError;
 use crate::sdf::{BakeError, RedistanceError};
 
@@ -11,6 +12,9 @@ pub enum FitError {
     /// The objective has no value or no derivative.
     #[error(transparent)]
     Objective(#[from] ObjectiveError),
+    /// Parts of a step are not those that were asked for.
+    #[error(transparent)]
+    Parts(#[from] PartsError),
     /// A step led to invalid parameter values.
     #[error("{0}; try a smaller rate, or bounds")]
     Scene(#[from] SceneError),

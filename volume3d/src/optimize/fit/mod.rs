@@ -1,5 +1,9 @@
 //! Gradient-descent fits of an objective, which can be interrupted and resumed.
 
+mod ask;
+#[cfg(test)]
+mod ask_tests;
+mod choose;
 mod error;
 #[cfg(test)]
 mod implicit_tests;
@@ -18,13 +22,15 @@ use flatland::random::stream;
 use rand::Rng as _;
 use serde::{Deserialize, Serialize};
 
+pub use self::ask::Told;
 pub use self::error::FitError;
 pub use self::optimizer::Optimizer;
 pub use self::record::{Record, Times};
 use super::adam::Adam;
 use super::large_steps::LargeSteps;
-use super::objective::{Evaluation, MaskTerm, Objective, ObjectiveError, Reverse};
+use super::objective::{Evaluation, Objective, ObjectiveError, Reverse};
 use super::parameters::Parameters;
+use super::parts::Compared;
 use super::schedule::Schedule;
 use crate::Image;
 use crate::gradient::Progress;
@@ -69,6 +75,10 @@ pub struct Fit {
     averaged: Option<f64>,
     state: State,
     times: Times,
+    /// Number of independent estimates of each view in a step.
+    chunks: usize,
+    /// What the first round of the current step found, if its second round is due.
+    compared: Option<Compared>,
 }
 
 /// Divergence threshold: the fit ends when the loss is this many times that of the first step.
@@ -102,7 +112,18 @@ impl Fit {
         }
         let adams = optimizers.iter().map(|o| o.adam.clone()).collect();
         let state = State { x, adams, records: vec![], mean: vec![] };
-        Self { objective, parameters, plan, optimizers, averaged: None, state, times: Times::default() }
+        let times = Times::default();
+        Self {
+            objective,
+            parameters,
+            plan,
+            optimizers,
+            averaged: None,
+            state,
+            times,
+            chunks: 1,
+            compared: None,
+        }
     }
 
     /// Keeps a mean of the parameters, x̄ ← β x̄ + (1 − β) x after each step, which is then the
@@ -133,14 +154,14 @@ impl Fit {
         if self.averaged.is_some() {
             self.state.mean.clone_from(&x);
         }
-        self.state.x = x;
+        (self.state.x, self.compared) = (x, None);
         self
     }
 
     /// The same fit with another number of steps in all, over which its schedule is spread.
     #[must_use]
     pub fn of_steps(mut self, steps: u64) -> Self {
-        self.plan.steps = steps;
+        (self.plan.steps, self.compared) = (steps, None);
         self
     }
 
@@ -240,29 +261,12 @@ impl Fit {
             .collect())
     }
 
-    /// Takes one step and updates the scene. Does nothing once all steps are taken.
-    ///
-    /// # Errors
-    /// A [`FitError`]; the state is then that before the step.
-    pub fn step(
-        &mut self,
-        scene: &mut Scene,
-        reverse: Reverse<'_>,
-        progress: &Progress,
-    ) -> Result<(), FitError> {
-        if self.is_done() {
-            return Ok(());
-        }
+    /// Takes the step down a gradient and updates the scene.
+    fn descend(&mut self, scene: &mut Scene, found: Evaluation) -> Result<(), FitError> {
         let t = self.steps_taken();
         let start = Instant::now();
-        let views = self.views(t);
-        let seed = self.seed(&[STEP, t]);
+        self.check(&found, &self.views(t))?;
         let x = &self.state.x;
-        let sharpened = |term: MaskTerm| MaskTerm { loss: term.loss.sharpened(t, self.plan.steps), ..term };
-        let masks = self.objective.masks.map(sharpened);
-        let at = (&self.parameters, &x[..]);
-        let found = self.objective.evaluate_with(masks, scene, at, &views, seed, reverse, progress)?;
-        self.check(&found, &views)?;
         let factor = self.plan.schedule.factor(t, self.plan.steps);
         let (mut next, mut adams, mut step) = (x.clone(), self.state.adams.clone(), vec![0.0; x.len()]);
         let (mut norms, mut signals, mut clamped) = (vec![], vec![], 0);
@@ -294,7 +298,7 @@ impl Fit {
         }
         let Evaluation { loss, penalty, non_finite, image_time, gradient_time, .. } = found;
         let record = Record { loss, penalty, factor, norms, signals, non_finite, clamped };
-        let optimizer = start.elapsed().saturating_sub(image_time + gradient_time);
+        let optimizer = start.elapsed();
         let start = Instant::now();
         self.parameters.apply(&next, scene)?;
         for (i, optimizer) in self.optimizers.iter().enumerate() {

@@ -53,7 +53,7 @@ impl Fit {
                     surface::replace(parameters, &state.x, i, network, scene).map_err(|_| none)?;
             }
         }
-        Ok(Self { state, parameters, ..self })
+        Ok(Self { state, parameters, compared: None, ..self })
     }
 
     /// The size of a group of parameters in a state, whose grids may have been refined.

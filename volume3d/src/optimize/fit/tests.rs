@@ -14,7 +14,7 @@ use crate::optimize::{
 };
 use crate::scene::{Camera, Scene};
 
-fn reverse(
+pub(super) fn reverse(
     scene: &Scene,
     adjoint: &Image,
     active: &ActiveParameters,
@@ -40,13 +40,13 @@ fn views(scene: &mut Scene, samples: usize) -> Vec<View> {
 }
 
 /// The scene without its point light, under which nothing may move.
-fn lit() -> Scene {
+pub(super) fn lit() -> Scene {
     let mut d = scene().description().clone();
     d.lights.clear();
     Scene::new(d).unwrap()
 }
 
-fn objective(scene: &mut Scene) -> Objective {
+pub(super) fn objective(scene: &mut Scene) -> Objective {
     Objective {
         views: views(scene, 16),
         loss: Loss::L2,
@@ -62,7 +62,7 @@ fn plan(steps: u64) -> Plan {
     Plan { steps, schedule: Schedule::default(), views_per_step: 1, seed: 4 }
 }
 
-fn fit(scene: &mut Scene, steps: u64) -> Fit {
+pub(super) fn fit(scene: &mut Scene, steps: u64) -> Fit {
     let parameters = Parameters::new(scene, &["block.translation", "white.reflectance"]).unwrap();
     let mut x = parameters.values(scene);
     x[0] += 0.2;

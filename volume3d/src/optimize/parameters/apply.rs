@@ -3,23 +3,90 @@
 use glam::{DQuat, DVec3};
 
 use super::super::pose::Rest;
-use super::super::quantity::Quantity;
+use super::super::quantity::{Member, Quantity};
 use super::{Parameters, values};
 use crate::geometry::{Mesh, MeshError};
-use crate::scene::{Environment, Reflectance, Scene, SceneError};
+use crate::scene::{Collection, Description, Environment, Object, Reflectance, Scene, SceneError};
 
 impl Parameters {
     /// Sets a scene to the values x. Everything that does not depend on them stays as it is; see
     /// [`Scene::set_meshes`] for the cost.
     ///
     /// # Errors
-    /// A [`SceneError`] if a value is out of its range or not finite. Other parameters may have been set by
-    /// then; applying valid values sets all.
+    /// A [`SceneError`]; the scene is then unchanged:
     ///
-    /// # Panics
-    /// If x has another length, or the scene another topology.
+    /// - `Parameters` if x has another length,
+    /// - `OtherScene` if the scene has other objects or another topology,
+    /// - `Parameter` if a number is not finite, or outside of both [`Quantity::default_bounds`] and the bounds of
+    ///   its group, and
+    /// - those of the scene's updates, such as `Inside` if the camera would be inside an implicit surface.
     pub fn apply(&self, x: &[f64], scene: &mut Scene) -> Result<(), SceneError> {
-        assert_eq!(x.len(), self.len, "one number for each parameter");
+        self.check(x, scene)?;
+        let (saved, radiances) = saved(scene);
+        let applied = self.apply_checked(x, scene);
+        if applied.is_err() {
+            scene.restore(saved, radiances);
+        }
+        applied
+    }
+
+    fn check(&self, x: &[f64], scene: &Scene) -> Result<(), SceneError> {
+        if x.len() != self.len {
+            return Err(SceneError::Parameters { found: x.len(), expected: self.len });
+        }
+        for group in &self.groups {
+            if !group.members().all(|member| self.is_of(scene, member, group.range.len())) {
+                return Err(SceneError::OtherScene { name: group.name.clone() });
+            }
+            let default = group.quantity.default_bounds();
+            let bounds = [default[0].min(group.bounds[0]), default[1].max(group.bounds[1])];
+            let within = |value: f64| value.is_finite() && bounds[0] <= value && value <= bounds[1];
+            let numbers = &x[group.range.clone()];
+            if let Some(index) = numbers.iter().position(|value| !within(*value)) {
+                let name = group.name.clone();
+                return Err(SceneError::Parameter { name, index, value: numbers[index], bounds });
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether a scene has a parameter, with so many numbers.
+    fn is_of(&self, scene: &Scene, member: Member, numbers: usize) -> bool {
+        let d = scene.description();
+        let object = match member.quantity {
+            Quantity::VertexPositions { shape } | Quantity::Radiance { shape } => Object::Shape(shape),
+            Quantity::Sdf { implicit } => Object::Implicit(implicit),
+            Quantity::Intensity { light } => Object::Light(light),
+            Quantity::Reflectance { material } | Quantity::Roughness { material } => {
+                Object::Material(material)
+            }
+            Quantity::Texture { texture, .. } => Object::Texture(texture),
+            Quantity::Translation { of } | Quantity::Rotation { of } | Quantity::Scale { of } => of,
+            Quantity::EnvironmentRadiance
+            | Quantity::CameraTranslation
+            | Quantity::CameraRotation
+            | Quantity::FieldOfView => Object::Camera,
+        };
+        let exists = match object {
+            Object::Shape(shape) => shape < d.shapes.len(),
+            Object::Implicit(implicit) => implicit < d.implicits.len(),
+            Object::Material(material) => material < d.materials.len(),
+            Object::Light(light) => light < d.lights.len(),
+            Object::Medium(medium) => medium < d.media.len(),
+            Object::Texture(texture) => texture < d.textures.len(),
+            Object::Collection(Collection::Instances(index)) => index < d.instances.len(),
+            Object::Camera | Object::Environment | Object::Collection(_) => true,
+        };
+        let fits = |rest: &Rest| {
+            let has = |(&shape, mesh): (&usize, &Mesh)| d.shapes[shape].mesh.has_topology_of(mesh);
+            d.moved_with(object) == rest.parts && rest.parts.shapes.iter().zip(&rest.meshes).all(has)
+        };
+        exists
+            && member.dimensions(scene).iter().product::<usize>() == numbers
+            && member.quantity.posed().and_then(|object| self.rest(object)).is_none_or(fits)
+    }
+
+    fn apply_checked(&self, x: &[f64], scene: &mut Scene) -> Result<(), SceneError> {
         // The camera may be inside an object that moves away, or the reverse: either order may fail.
         if self.apply_camera(x, scene).is_ok() {
             self.apply_implicits(x, scene)?;
@@ -28,13 +95,25 @@ impl Parameters {
             self.apply_camera(x, scene)?;
         }
         self.apply_lights(x, scene)?;
-        for quantity in self.quantities().into_iter().filter(|quantity| stands_alone(*quantity)) {
+        let is_texture = |quantity: &Quantity| matches!(quantity, Quantity::Texture { .. });
+        let alone = self.quantities().into_iter().filter(|quantity| stands_alone(*quantity));
+        let (textures, others): (Vec<_>, Vec<_>) = alone.partition(is_texture);
+        self.apply_each(x, &others, scene)?;
+        let meshes: Vec<(usize, Mesh)> =
+            self.meshes(x, scene).map_err(|(id, error)| SceneError::Mesh { id, error })?;
+        if !meshes.is_empty() {
+            scene.set_meshes(meshes)?;
+        }
+        // Last, as they are not restored: finite texels are never refused.
+        self.apply_each(x, &textures, scene)
+    }
+
+    fn apply_each(&self, x: &[f64], quantities: &[Quantity], scene: &mut Scene) -> Result<(), SceneError> {
+        for &quantity in quantities {
             let Some(whole) = self.whole(x, quantity, || values(scene, quantity)) else { continue };
             apply_alone(quantity, &whole, scene)?;
         }
-        let meshes: Vec<(usize, Mesh)> =
-            self.meshes(x, scene).map_err(|(id, error)| SceneError::Mesh { id, error })?;
-        if meshes.is_empty() { Ok(()) } else { scene.set_meshes(meshes) }
+        Ok(())
     }
 
     fn apply_implicits(&self, x: &[f64], scene: &mut Scene) -> Result<(), SceneError> {
@@ -121,6 +200,16 @@ impl Parameters {
         }
         Ok(moved)
     }
+}
+
+/// What applying may set before it fails: a description without meshes and textures, and the radiance of each
+/// shape.
+fn saved(scene: &Scene) -> (Description, Vec<Option<DVec3>>) {
+    let d = scene.description();
+    let mut saved = Description::new(d.camera.clone(), d.film);
+    (saved.implicits, saved.lights) = (d.implicits.clone(), d.lights.clone());
+    (saved.environment, saved.materials) = (d.environment.clone(), d.materials.clone());
+    (saved, d.shapes.iter().map(|shape| shape.radiance).collect())
 }
 
 /// Whether a quantity belongs to a material, a texture or emission, and is applied independently of all

@@ -92,6 +92,13 @@ pub struct Parameters {
 }
 
 impl Parameters {
+    /// The names of all parameters of a scene, sorted. Names of components, such as `bunny.translation.x`, are
+    /// not listed.
+    #[must_use]
+    pub fn names(scene: &Scene) -> Vec<String> {
+        Quantity::names(scene)
+    }
+
     /// The parameters with these names, in this order; see [`Quantity`] for the names.
     ///
     /// # Errors
@@ -108,16 +115,14 @@ impl Parameters {
     /// A [`ParameterError`]:
     ///
     /// - if a parameter does not exist, or two are the same,
-    /// - if two move one object in different ways, or
-    /// - if tied parameters differ in size, in bounds, or in whether they are rotations.
-    ///
-    /// # Panics
-    /// If a list of names is empty.
+    /// - if two move one object in different ways,
+    /// - if tied parameters differ in size, in bounds, or in whether they are rotations, or
+    /// - if a list of names is empty.
     pub fn tied<'n>(scene: &Scene, names: &[impl AsRef<[&'n str]>]) -> Result<Self, ParameterError> {
         let camera = scene.description().camera.clone();
         let mut this = Self { groups: vec![], len: 0, rests: vec![], camera };
         let mut known: Vec<(&str, Member)> = vec![];
-        for names in names.iter().map(AsRef::as_ref) {
+        for (index, names) in names.iter().map(AsRef::as_ref).enumerate() {
             let mut own: Vec<(&str, Member)> = vec![];
             for &name in names {
                 for member in Quantity::find_all(scene, name)? {
@@ -130,8 +135,9 @@ impl Parameters {
                     own.push((name, member));
                 }
             }
-            let (name, Member { quantity, component }) = own[0];
-            let size: usize = own[0].1.dimensions(scene).iter().product();
+            let Some(&(name, first)) = own.first() else { return Err(ParameterError::Empty { index }) };
+            let Member { quantity, component } = first;
+            let size: usize = first.dimensions(scene).iter().product();
             let range = this.len..this.len + size;
             this.len = range.end;
             for object in own.iter().filter_map(|(_, member)| member.quantity.posed()) {

@@ -5,8 +5,8 @@ use glam::{DMat3, DQuat, DVec3};
 use super::{numbers, scene};
 use crate::geometry::Mesh;
 use crate::gradient::Tangent;
-use crate::optimize::Parameters;
-use crate::scene::{Camera, Description, Environment, Light, Scene};
+use crate::optimize::{ParameterError, Parameters};
+use crate::scene::{Camera, Description, Environment, Light, Scene, SceneError};
 
 /// The scene under an environment map.
 fn under_a_map() -> Scene {
@@ -57,6 +57,34 @@ const OTHERS: [&[&str]; 5] = [
 fn lists() -> Vec<(Scene, Vec<&'static str>)> {
     let others = OTHERS.iter().map(|names| (under_a_map(), names.to_vec()));
     std::iter::once((scene(), ALL.to_vec())).chain(others).collect()
+}
+
+#[test]
+fn all_names_are_listed() {
+    let mut d = scene().description().clone();
+    // Names that the camera and a collection have, too.
+    d.add_shape("camera", Mesh::cube(), 0);
+    d.add_shape("lights", Mesh::cube(), 0);
+    let ball = flatland::sdf::shapes::Ball::new(DVec3::splat(9.0), 0.5).unwrap();
+    d.add_implicit("drop", ball, 0);
+    let scene = Scene::new(d).unwrap();
+    let names = Parameters::names(&scene);
+    let expected = "all.rotation all.translation ball.rotation ball.scale ball.translation ball.vertex_positions \
+        beam.intensity beam.rotation beam.texture beam.translation block.rotation block.scale block.translation \
+        block.vertex_positions bulb.intensity bulb.translation camera.fov camera.rotation camera.translation \
+        chalk.reflectance drop.rotation drop.sdf drop.translation lamp.radiance lamp.reflectance lamp.rotation lamp.scale \
+        lamp.translation lamp.vertex_positions lights.rotation lights.scale lights.translation lights.vertex_positions \
+        metal.reflectance metal.roughness page.rotation page.scale page.translation page.vertex_positions \
+        pair.rotation pair.scale pair.translation printed.texture sky.radiance sun.irradiance sun.rotation \
+        white.reflectance";
+    assert_eq!(names, expected.split_whitespace().collect::<Vec<_>>());
+    for name in &names {
+        Parameters::new(&scene, &[name]).unwrap();
+    }
+    let map = Parameters::names(&under_a_map());
+    assert!(
+        ["sky.rotation", "sky.texture", "lights.rotation"].iter().all(|n| map.contains(&(*n).to_owned()))
+    );
 }
 
 /// A scene moved some way from rest, and its parameters there.
@@ -245,6 +273,7 @@ fn ties_add_up() {
     ] {
         assert!(message(&names).contains(words), "{}", message(&names));
     }
+    assert_eq!(tie(&[&["lamp.radiance"], &[]]).unwrap_err(), ParameterError::Empty { index: 1 });
 }
 
 #[test]
@@ -374,10 +403,56 @@ fn what_cannot_be_applied_is_refused() {
     let mut x = parameters.values(&scene);
     x[4] = f64::NAN;
     let error = parameters.apply(&x, &mut scene).unwrap_err();
-    assert_eq!(error.to_string(), "shape `block`: position 1 is not finite");
+    assert!(error.to_string().starts_with("number 4 of `block.vertex_positions` is NaN"), "{error}");
     let pose = Parameters::new(&scene, &["block.translation"]).unwrap();
-    assert!(pose.apply(&[f64::NAN, 0.0, 0.0], &mut scene).unwrap_err().to_string().contains("is not finite"));
+    assert!(
+        pose.apply(&[f64::NAN, 0.0, 0.0], &mut scene).unwrap_err().to_string().contains("must be finite")
+    );
     x = parameters.values(&scene);
     *x.last_mut().unwrap() = -1.0;
-    assert!(parameters.apply(&x, &mut scene).unwrap_err().to_string().contains("radiance of `lamp` is -1"));
+    assert!(
+        parameters
+            .apply(&x, &mut scene)
+            .unwrap_err()
+            .to_string()
+            .contains("number 2 of `lamp.radiance` is -1")
+    );
+}
+
+/// A refused vector changes nothing, wherever it is wrong.
+#[test]
+fn applying_is_atomic() {
+    let mut d = scene().description().clone();
+    let ball = flatland::sdf::shapes::Ball::new(DVec3::new(0.0, 0.0, -9.0), 0.5).unwrap();
+    d.add_implicit("drop", ball, 0);
+    let mut scene = Scene::new(d).unwrap();
+    let names = [&ALL[..], &["drop.translation", "ball.scale"]].concat();
+    let parameters = Parameters::new(&scene, &names).unwrap();
+    let mut x = parameters.values(&scene);
+    parameters.retract(&mut x, &numbers(parameters.len(), 1, 0.2));
+    let before = scene.description().clone();
+    let at = |name: &str| parameters.groups().iter().find(|g| g.name == name).unwrap().range.clone();
+    let camera = scene.description().camera.origin + DVec3::from_slice(&x[at("camera.translation")]);
+    for (name, values, words) in [
+        ("ball.scale", vec![0.0], "number 0 of `ball.scale` is 0, but must be finite and from 0.001 to inf"),
+        ("white.reflectance", vec![0.5, 2.0, 0.5], "number 1 of `white.reflectance` is 2,"),
+        ("block.scale", vec![f64::MAX], "not finite"),
+        ("drop.translation", (camera + 9.0 * DVec3::Z).to_array().to_vec(), "the camera is inside"),
+    ] {
+        let mut bad = x.clone();
+        bad[at(name)].copy_from_slice(&values);
+        let error = parameters.apply(&bad, &mut scene).unwrap_err().to_string();
+        assert!(error.contains(words), "{name}: {error}");
+        assert_eq!(*scene.description(), before, "{name}");
+    }
+    let error = parameters.apply(&x[1..], &mut scene).unwrap_err();
+    assert_eq!(error, SceneError::Parameters { found: x.len() - 1, expected: x.len() });
+    let mut other = scene.description().clone();
+    other.shapes[0].mesh = Mesh::rectangle();
+    let error = parameters.apply(&x, &mut Scene::new(other).unwrap()).unwrap_err();
+    assert_eq!(error, SceneError::OtherScene { name: "block.vertex_positions".to_owned() });
+    let fresh =
+        crate::gradient::render(&Scene::new(before).unwrap(), 2, 0, &crate::gradient::Progress::none());
+    let again = crate::gradient::render(&scene, 2, 0, &crate::gradient::Progress::none());
+    assert_eq!(fresh.unwrap().image, again.unwrap().image);
 }

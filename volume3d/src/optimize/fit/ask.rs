@@ -1,0 +1,95 @@
+//! Steps of a fit in tasks that can be run anywhere.
+
+use std::num::NonZeroUsize;
+
+use super::super::objective::Reverse;
+use super::super::parts::{Part, Step, Task};
+use super::{Fit, FitError, STEP};
+use crate::gradient::Progress;
+use crate::scene::Scene;
+
+/// What the parts of a round led to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Told {
+    /// The images are complete; [`Fit::ask`] now gives the tasks of their derivatives.
+    Images,
+    /// The step is taken.
+    Step,
+}
+
+impl Fit {
+    /// Estimates each view of a step by the mean of so many independent estimates, each with all samples of
+    /// [`image_samples`](super::super::Objective::image_samples) and of the reverse method; 1 by default. More
+    /// chunks are more tasks. Results depend on their number, but not on where they are run.
+    #[must_use]
+    pub fn in_chunks(mut self, chunks: NonZeroUsize) -> Self {
+        (self.chunks, self.compared) = (chunks.get(), None);
+        self
+    }
+
+    /// The tasks of the current round of a step, one for each view and chunk; none once all steps are taken.
+    ///
+    /// With one chunk a step has one round. With more it has two: the images, and then the derivatives, whose
+    /// adjoint is that of the mean image. A round that is asked for again, or after a
+    /// [resumption](Self::resumed), gives the same bits.
+    #[must_use]
+    pub fn ask(&self) -> Vec<Task> {
+        if self.is_done() { vec![] } else { self.current().tasks(self.compared.as_ref()) }
+    }
+
+    /// Receives the parts of all tasks of [`ask`](Self::ask), in any order. The scene must be at the current
+    /// values of the parameters, see [`apply`](Self::apply), and is at the next ones after a step. Sums are
+    /// taken in the order of views and chunks. Once all steps are taken, no parts are expected.
+    ///
+    /// # Errors
+    /// A [`FitError`]; the state is then that before the call.
+    pub fn tell(&mut self, scene: &mut Scene, parts: Vec<Part>) -> Result<Told, FitError> {
+        let step = self.current();
+        if self.is_done() {
+            step.none(&parts)?;
+            return Ok(Told::Step);
+        }
+        let parts = step.ordered(parts, self.compared.is_some())?;
+        if self.chunks > 1 && self.compared.is_none() {
+            self.compared = Some(step.compare(scene, &parts)?);
+            return Ok(Told::Images);
+        }
+        let found = step.total(scene, &parts, self.compared.as_ref())?;
+        self.descend(scene, found)?;
+        self.compared = None;
+        Ok(Told::Step)
+    }
+
+    /// Takes one step and updates the scene. Does nothing once all steps are taken.
+    ///
+    /// # Errors
+    /// A [`FitError`]; the state is then that before the step.
+    pub fn step(
+        &mut self,
+        scene: &mut Scene,
+        reverse: Reverse<'_>,
+        progress: &Progress,
+    ) -> Result<(), FitError> {
+        while !self.is_done() {
+            let run = |task: Task| task.run_at(scene, &self.objective, &self.parameters, reverse, progress);
+            let parts = self.ask().into_iter().map(run).collect::<Result<_, _>>()?;
+            if self.tell(scene, parts)? == Told::Step {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    fn current(&self) -> Step<'_> {
+        let t = self.steps_taken();
+        Step {
+            objective: &self.objective,
+            parameters: &self.parameters,
+            x: &self.state.x,
+            views: self.views(t),
+            seed: self.seed(&[STEP, t]),
+            chunks: self.chunks,
+            pace: Some((t, self.plan.steps)),
+        }
+    }
+}
