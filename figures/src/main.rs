@@ -48,6 +48,9 @@ struct Options {
     /// The folder to write to; it is made if there is none.
     #[arg(long, default_value = "figures/out")]
     out: PathBuf,
+    /// Folder of the pages of `cargo doc`, as seen from the gallery's: the guide and the API are linked.
+    #[arg(long, value_name = "FOLDER")]
+    documentation: Option<String>,
     /// The seed of every random number.
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -112,7 +115,8 @@ fn run(options: &Options) -> anyhow::Result<()> {
     }
     let (folder, drawings) = (context.out(), context.drawings());
     let names = figures::ALL.map(|figure| figure.name);
-    let gallery = Gallery { folder, drawings: &drawings, names: &names, sections: &sections };
+    let documentation = options.documentation.as_deref();
+    let gallery = Gallery { folder, drawings: &drawings, names: &names, sections: &sections, documentation };
     let part = |text, id| prose::Prose::new(text, &[])?.section(id, vec![], output::Table::default());
     let page = if accuracy::write(&gallery)? && options.figures == ["accuracy"] {
         accuracy::FILE

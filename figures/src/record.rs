@@ -68,12 +68,17 @@ impl Origin {
             "with `--quality short`: fewer starts, seeds, pixels and steps than in the full study"
         };
         format!(
-            "Measured on {date} {quality}; commit `{commit}`, seed {seed}, {threads} threads of {processor}, {:.0} minutes, \
-             of which {:.0} of processor time.",
-            elapsed / 60.0,
-            busy / 60.0
+            "Measured on {date} {quality}; commit `{commit}`, seed {seed}. It took {} on {threads} threads of {processor}: {} of \
+             processor time.",
+            duration(*elapsed),
+            duration(*busy)
         )
     }
+}
+
+/// Seconds in words.
+fn duration(seconds: f64) -> String {
+    if seconds < 100.0 { format!("{seconds:.0} seconds") } else { format!("{:.0} minutes", seconds / 60.0) }
 }
 
 /// The commit that is checked out, marked if files differ from it; unknown without git.
@@ -187,6 +192,11 @@ pub(crate) fn read(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn durations_have_units() {
+        assert_eq!([59.6, 1239.0].map(duration), ["60 seconds", "21 minutes"]);
+    }
 
     #[test]
     fn days_become_dates() {

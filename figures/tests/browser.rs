@@ -3,17 +3,17 @@
 //! written to the console.
 //!
 //! By default a small gallery is drawn. The variable GALLERY names the folder of one that is drawn already,
-//! and CHROMIUM a browser.
+//! and CHROMIUM a browser. If the gallery is part of a site of `.ci/site`, the links of its guide are checked,
+//! too.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Looks into a page in frames of several widths, and says what is wrong. Lines that begin with `link` are
-/// files that the page leads to.
+/// Looks into a page in frames of several widths, and says what is wrong.
 const PROBE: &str = r##"<!DOCTYPE html><body><iframe id="page" style="height:900px;border:0"></iframe>
 <pre id="found"></pre><script>
-const frame = document.getElementById("page"), found = [], links = new Set();
+const frame = document.getElementById("page"), found = [];
 const wait = time => new Promise(done => setTimeout(done, time));
 const load = async (width, hash) => {
   frame.style.width = width + "px";
@@ -46,12 +46,6 @@ const look = (page, width, when) => {
     look(page, width, "");
     for (const part of page.querySelectorAll("details")) part.open = true;
     look(page, width, ", all open");
-    for (const link of page.querySelectorAll("a[href]")) {
-      const target = link.getAttribute("href");
-      if (/^#lecture|^#$/.test(target) || /^[a-z]+:/.test(target)) continue;
-      if (target.startsWith("#")) { if (!page.getElementById(target.slice(1))) found.push("no place " + target); }
-      else links.add(target);
-    }
     const slides = page.querySelectorAll("#lecture article").length;
     for (let slide = 1; slide <= slides; slide++) {
       frame.contentWindow.location.hash = "lecture-" + slide;
@@ -63,7 +57,7 @@ const look = (page, width, when) => {
       if (lecture.scrollWidth > lecture.clientWidth || text.bottom > 900 || box.top < 0) found.push(width + " pixels: slide " + slide + " does not fit");
     }
   }
-  const lines = ["looked at " + pictures + " pictures", ...[...links].map(link => "link " + link), ...new Set(found)];
+  const lines = ["looked at " + pictures + " pictures", ...new Set(found)];
   document.getElementById("found").textContent = lines.join("\n");
 })();
 </script>"##;
@@ -95,34 +89,75 @@ fn gallery(folder: &Path) -> PathBuf {
 
 #[test]
 fn pages_are_whole_at_every_width() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = gallery(folder.path());
+    let site = out.join("..");
+    let is_site = site.join("api/volume3d/guide/index.html").exists();
+    let mut pages: Vec<PathBuf> = ["index.html", "accuracy.html"]
+        .map(|page| out.join(page))
+        .into_iter()
+        .filter(|page| page.exists())
+        .collect();
+    assert!(pages[0].ends_with("index.html"), "no page in {}", out.display());
+    if is_site {
+        pages.push(site.join("index.html"));
+    }
+    let mut linked = pages.clone();
+    if is_site {
+        linked.extend(["volume3d/index.html", "flatland/index.html"].map(|page| site.join("api").join(page)));
+        let guide = pages_in(&site.join("api/volume3d/guide"));
+        assert!(guide.len() > 10, "the guide has {} pages", guide.len());
+        linked.extend(guide);
+    }
+    let dead: Vec<String> = linked.iter().flat_map(|page| dead_links(page)).collect();
+    assert!(dead.is_empty(), "dead links:\n{}", dead.join("\n"));
+    println!("no dead link in {} pages", linked.len());
     let Some(browser) = browser() else {
         println!("no Chromium here, and none in the variable CHROMIUM: the pages were not looked at");
         return;
     };
-    let folder = tempfile::tempdir().unwrap();
-    let out = gallery(folder.path());
-    for page in ["index.html", "accuracy.html"] {
-        if !out.join(page).exists() {
-            assert_ne!(page, "index.html");
-            continue;
-        }
+    for page in &pages {
         for is_dark in [false, true] {
-            let probe = out.join("probe.html");
-            fs::write(&probe, PROBE.replace("PAGE", page)).unwrap();
+            let probe = page.with_file_name("probe.html");
+            let name = page.file_name().unwrap_or_default().to_string_lossy();
+            fs::write(&probe, PROBE.replace("PAGE", &name)).unwrap();
             let (found, log) = look(&browser, &probe, is_dark);
             fs::remove_file(&probe).unwrap();
-            let which = format!("{page}, dark: {is_dark}");
+            let which = format!("{}, dark: {is_dark}", page.display());
             assert!(found.starts_with("looked at "), "{which}: the browser did not finish: {log}");
-            let (links, wrong): (Vec<&str>, Vec<&str>) =
-                found.lines().skip(1).partition(|line| line.starts_with("link "));
-            let file = |link: &&str| link["link ".len()..].split('#').next().unwrap_or_default().to_owned();
-            let dead: Vec<String> = links.iter().map(file).filter(|file| !out.join(file).exists()).collect();
-            assert!(dead.is_empty(), "{which}: dead links {dead:?}");
+            let wrong: Vec<&str> = found.lines().skip(1).collect();
             assert!(wrong.is_empty(), "{which}:\n{}", wrong.join("\n"));
             assert!(!log.contains("CONSOLE"), "{which}: {log}");
-            println!("{which}: {}, {} links", found.lines().next().unwrap_or_default(), links.len());
+            println!("{which}: {}", found.lines().next().unwrap_or_default());
         }
     }
+}
+
+/// All pages in a folder and its folders.
+fn pages_in(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    entries
+        .flat_map(|path| if path.is_dir() { pages_in(&path) } else { vec![path] })
+        .filter(|path| path.extension().is_some_and(|extension| extension == "html"))
+        .collect()
+}
+
+/// Links of a page to files that do not exist, or to places that their page does not have.
+fn dead_links(page: &Path) -> Vec<String> {
+    let html = fs::read_to_string(page).unwrap();
+    let is_dead = |target: &&str| {
+        if target.contains("://") || target.starts_with("data:") {
+            return false;
+        }
+        let (file, place) = target.split_once('#').unwrap_or((target, ""));
+        let path = if file.is_empty() { page.to_owned() } else { page.with_file_name(file) };
+        // The places of a source are its lines, which a script finds.
+        let has_places = !place.is_empty() && !file.ends_with(".rs.html");
+        let has_place = |text: String| text.contains(&format!("id=\"{place}\""));
+        !path.exists() || has_places && !fs::read_to_string(&path).is_ok_and(has_place)
+    };
+    let targets = html.split(" href=\"").skip(1).filter_map(|rest| rest.split('"').next());
+    targets.filter(is_dead).map(|target| format!("{}: {target}", page.display())).collect()
 }
 
 /// What the probe wrote, and what the browser logged.

@@ -1,6 +1,6 @@
 //! The lecture: pictures one a screen, each with a sentence.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use anyhow::{Context, Result, ensure};
 
@@ -9,8 +9,12 @@ use super::section::{Drawing, Section};
 use crate::plot::Rect;
 
 /// The slides: those pictures of the section that are drawn, with their captions. A file name may end in
-/// `#b-d`, which shows these panels alone.
-pub(super) fn lecture(slides: &Section, drawings: &BTreeMap<String, Drawing>) -> Result<String> {
+/// `#b-d`, which shows these panels alone. Captions of `recorded` files are marked.
+pub(super) fn lecture(
+    slides: &Section,
+    drawings: &BTreeMap<String, Drawing>,
+    recorded: &BTreeSet<&str>,
+) -> Result<String> {
     let mut html =
         format!("<div id=\"lecture\" role=\"dialog\" aria-label=\"{}\" hidden>\n", escape(&slides.title));
     let drawn = slides.pictures.iter().filter_map(|slide| {
@@ -30,8 +34,9 @@ pub(super) fn lecture(slides: &Section, drawings: &BTreeMap<String, Drawing>) ->
             let part = around(drawing, panels).with_context(|| format!("slide {}: {}", i + 1, slide.file))?;
             window(file, &slide.alt, drawing, &part, false)
         };
+        let mark = if recorded.contains(file) { "<span class=\"mark\">recorded</span>" } else { "" };
         html += &format!(
-            "<article data-slide=\"{0}\" hidden>{shown}<p>{1}</p></article>\n",
+            "<article data-slide=\"{0}\" hidden>{shown}<p>{mark}{1}</p></article>\n",
             i + 1,
             slide.caption
         );
@@ -78,9 +83,11 @@ mod tests {
             pictures: vec![Picture { file: file.into(), alt: String::new(), caption: "so".into() }],
             ..Section::default()
         };
-        let html = lecture(&slide("a.png#b-c"), &drawings).unwrap();
+        let html = lecture(&slide("a.png#b-c"), &drawings, &BTreeSet::new()).unwrap();
         assert!(html.contains("aspect-ratio:100.0/30.0") && html.contains("<p>so</p>"), "{html}");
-        let error = format!("{:#}", lecture(&slide("a.png#e"), &drawings).unwrap_err());
+        let html = lecture(&slide("a.png#a"), &drawings, &BTreeSet::from(["a.png"])).unwrap();
+        assert!(html.contains("<p><span class=\"mark\">recorded</span>so</p>"), "{html}");
+        let error = format!("{:#}", lecture(&slide("a.png#e"), &drawings, &BTreeSet::new()).unwrap_err());
         assert!(error.contains("slide 1: a.png#e: there are 3 panels"), "{error}");
     }
 }

@@ -27,12 +27,19 @@ pub(crate) struct Gallery<'a> {
     pub(crate) names: &'a [&'a str],
     /// All figures of this run, by number.
     pub(crate) sections: &'a [(usize, Section)],
+    /// Where the pages of `cargo doc` are, as seen from the gallery's; they are linked.
+    pub(crate) documentation: Option<&'a str>,
 }
 
 impl Gallery<'_> {
     /// Writes `index.html`. The opening comes first; its pictures are shown if they were drawn. Its details,
     /// with links to all figures, and the lecture, a picture a slide, are only on a page of all figures.
     pub(crate) fn write(&self, opening: &Section, slides: &Section) -> Result<()> {
+        let recorded = self.sections.iter().filter(|(_, section)| !section.origin_html.is_empty());
+        let recorded = recorded
+            .flat_map(|(_, section)| &section.pictures)
+            .map(|picture| picture.file.as_str())
+            .collect();
         let is_whole = self.sections.len() == self.names.len();
         let drawn = opening.pictures.iter().filter(|picture| self.drawings.contains_key(&picture.file));
         let pictures: String = drawn.map(|picture| self.picture(picture)).collect::<Result<_>>()?;
@@ -41,13 +48,14 @@ impl Gallery<'_> {
                 opening.details_html.as_str(),
                 "<p><a class=\"button\" href=\"#lecture\">The lecture: ten figures, one a screen</a> \
                  <a class=\"button\" href=\"accuracy.html\">Speed against accuracy</a></p>",
-                lecture::lecture(slides, self.drawings)?,
+                lecture::lecture(slides, self.drawings, &recorded)?,
             )
         } else {
             ("", "", String::new())
         };
+        let guide = self.guide();
         let mut body = format!(
-            "<header><h1>{}</h1>\n<div class=\"opening\"><div class=\"text\"><div class=\"lead\">{}</div>\n{}{button}</div>\n\
+            "<header><h1>{}</h1>\n<div class=\"opening\"><div class=\"text\"><div class=\"lead\">{}</div>\n{}{button}{guide}</div>\n\
              <div class=\"pictures\">{pictures}</div></div>\n{story}</header>\n<main>\n",
             escape(&opening.title),
             opening.lead_html,
@@ -66,16 +74,30 @@ impl Gallery<'_> {
     pub(crate) fn write_summary(&self, file: &str, opening: &Section, parts: &[Section]) -> Result<()> {
         let mut body = format!(
             "<header><p><a href=\"index.html\">All figures</a></p><h1>{}</h1>\n<div class=\"lead\">{}</div>\n\
-             <div class=\"text\">{}</div></header>\n<main>\n",
+             <div class=\"text\">{}{}</div></header>\n<main>\n",
             escape(&opening.title),
             opening.lead_html,
             opening.explanation_html,
+            self.guide(),
         );
         for (i, part) in parts.iter().enumerate() {
             body += &self.section(i + 1, part)?;
         }
         body += "</main>\n";
         self.page(file, &opening.title, &self.linked(&body, "index.html"))
+    }
+
+    /// Links to the guide and the documentation of both libraries, or the command that shows them.
+    fn guide(&self) -> String {
+        let Some(folder) = self.documentation.map(escape) else {
+            return "<p>The guide, from a mesh to a fitted pose: <code>cargo doc --open -p volume3d</code></p>".to_owned();
+        };
+        let folder = folder.trim_end_matches('/');
+        format!(
+            "<p><a class=\"button\" href=\"{folder}/volume3d/guide/index.html\">Guide: from a mesh to a fitted pose</a> \
+             <a class=\"button\" href=\"{folder}/volume3d/index.html\">API in space</a> \
+             <a class=\"button\" href=\"{folder}/flatland/index.html\">API in the plane</a></p>"
+        )
     }
 
     fn page(&self, file: &str, title: &str, body: &str) -> Result<()> {
@@ -150,9 +172,9 @@ impl Gallery<'_> {
         };
         let live = section.live.as_ref().map(|live| self.live(live)).transpose()?.unwrap_or_default();
         Ok(format!(
-            "<section id=\"{id}\">\n<h2><a href=\"#{id}\"><span>{number}</span>{title}</a></h2>\n\
+            "<section id=\"{id}\">\n<h2 id=\"number-{number}\"><a href=\"#{id}\"><span>{number}</span>{title}</a></h2>\n\
              <div class=\"lead\">{}</div>\n{origin}<div class=\"shown\">\n<div class=\"pictures\">{first}</div>\n\
-             {text}</div>\n{formula}{live}{more}{details}</section>\n",
+             {text}</div>\n{formula}{more}{details}{live}</section>\n",
             section.lead_html,
         ))
     }
@@ -197,12 +219,13 @@ mod tests {
         let section = Section { id: "a".into(), pictures: vec![picture], ..Section::default() };
         let opening = Section { title: "T & t".into(), ..section.clone() };
         let sections = [(1, section.clone())];
-        let write = |opening: &Section, sections: &[(usize, Section)]| {
+        let write = |opening: &Section, sections: &[(usize, Section)], documentation| {
             let names = &["a", "b"];
-            let gallery = Gallery { folder: folder.path(), drawings: &drawings, names, sections };
+            let gallery =
+                Gallery { folder: folder.path(), drawings: &drawings, names, sections, documentation };
             gallery.write(opening, &Section::default())
         };
-        write(&opening, &sections).unwrap();
+        write(&opening, &sections, None).unwrap();
         let page = std::fs::read_to_string(folder.path().join("index.html")).unwrap();
         assert!(page.contains("<span>1</span>") && page.contains("<figcaption>see 2</figcaption>"));
         assert!(page.contains("width=\"200\" height=\"100\" alt=\"&lt;white&gt; &amp; &#39;b&#39;\""));
@@ -211,13 +234,15 @@ mod tests {
             page.contains("aspect-ratio:100.0/80.0;max-width:125px")
                 && page.contains("width:200.00%;left:-50.00%;top:-25.00%")
         );
+        assert!(page.contains("cargo doc --open") && page.contains("<h2 id=\"number-1\">"));
         let both = [(1, section.clone()), (2, section.clone())];
-        write(&Section::default(), &both).unwrap();
+        write(&Section::default(), &both, Some("../api")).unwrap();
         let page = std::fs::read_to_string(folder.path().join("index.html")).unwrap();
         assert!(page.contains("see <a href=\"#b\">2</a>"));
+        assert!(page.contains("href=\"../api/volume3d/guide/index.html\"") && !page.contains("cargo doc"));
         let missing = Section { data: vec!["none.csv".into()], ..section.clone() };
         let error = |sections: &[(usize, Section)]| {
-            format!("{:#}", write(&Section::default(), sections).unwrap_err())
+            format!("{:#}", write(&Section::default(), sections, None).unwrap_err())
         };
         assert!(error(&[(1, missing)]).contains("none.csv"));
         let undrawn = Picture { file: "b.png".into(), alt: String::new(), caption: String::new() };

@@ -217,7 +217,8 @@ impl Options {
                 step: case.step,
                 seed: seed_of(settings.seed.into(), &[run as u64]),
             };
-            let progress: Progress = told(bar, &format!("{what}, run {}", run + 1)).until(&STOP);
+            let progress: Progress =
+                told(bar, &format!("{what}, run {}", run + 1)).until(|| STOP.load(Ordering::Relaxed));
             images.push(method.estimate(&task, &progress)?);
         }
         let runs = settings.runs as f64;

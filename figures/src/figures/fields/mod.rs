@@ -27,7 +27,7 @@ pub(crate) fn draw(context: &Context) -> anyhow::Result<Section> {
         pixels: context.spend([16, 8], [32, 16]),
         rays: context.spend(256, 2048),
         walks: context.spend(96, 1024),
-        repeats: context.spend(2000, 50_000),
+        repeats: context.spend(800, 50_000),
     };
     let example = Example::new()?;
     let arrangement = Arrangement::new(&example.scene, &example.film)?;

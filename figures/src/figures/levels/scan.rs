@@ -47,7 +47,7 @@ pub(super) fn scans(smooth: &Subject, plain: &Subject, count: u32) -> Vec<Scan> 
         scan(DEFAULT, smooth, Method::Vicini(vicini()), tracer(), count),
         scan(&format!("Bangaru et al., {KEPT} points"), smooth, few, fine(), count),
         scan("Bangaru et al., plain union", plain, all, fine(), count),
-        scan("Vicini et al., m = 1, plain union", plain, everywhere, fine(), count),
+        scan("Vicini et al., any distance, plain union", plain, everywhere, fine(), count),
     ]
 }
 

@@ -56,19 +56,19 @@ pub(super) fn draw(study: &Study) -> Canvas {
     let distance = |arm| study.of(arm).map(|entry| 100.0 * entry.fit.chamfer());
     let pixels = [-4, -2, -1, 0, 1, 2, 4].map(|n| (n, Arm::Masks(Flaw::Pixels(n))));
     let line = pixels.iter().filter_map(|&(n, arm)| Some([f64::from(n), distance(arm).next()?]));
-    axes.line(line, &Style::new(Palette::VERMILION).labelled("masks, without silhouettes"));
+    axes.line(line, &Style::new(Palette::VERMILION).labelled("masks, too small or too large"));
     for (n, arm) in pixels {
         axes.scatter(distance(arm).map(|d| [f64::from(n), d]), &Style::new(Palette::VERMILION));
     }
     for (i, d) in distance(Arm::WarpedArea).enumerate() {
         let style = Style::new(Palette::BLUE);
-        let style = if i == 0 { style.labelled("warped area, no masks, by seed") } else { style };
+        let style = if i == 0 { style.labelled("warped area, no mask") } else { style };
         axes.horizontal(d, &style);
     }
     let others = [
-        (Arm::Masks(Flaw::Holes), "holes", Palette::GREEN),
-        (Arm::Masks(Flaw::All), "all pixels", Palette::ORANGE),
-        (Arm::Nothing, "nothing", Color::MUTED),
+        (Arm::Masks(Flaw::Holes), "masks with holes", Palette::GREEN),
+        (Arm::Masks(Flaw::All), "masks of all pixels", Palette::ORANGE),
+        (Arm::Nothing, "interior term alone", Color::MUTED),
     ];
     for (arm, name, color) in others {
         if let Some(d) = distance(arm).next() {
@@ -85,7 +85,7 @@ pub(super) fn draw(study: &Study) -> Canvas {
 /// Target, start and ends of some fits, and their distances by steps.
 pub(super) fn live(entries: &[Entry], side: usize) -> Canvas {
     let width = (2 + entries.len()) as f64 * (SIDE + GAP);
-    let mut figure = Figure::new(width + PLOT, SIDE + 40.0, "");
+    let mut figure = Figure::new(width + 1.6 * PLOT, SIDE + 40.0, "");
     let body = figure.body;
     let head = TextStyle::new(10.5, Color::MUTED).anchored(Align::Left, Height::Top);
     let mut picture = |i: usize, name: &str, pixels: &[glam::DVec3]| {
@@ -93,7 +93,7 @@ pub(super) fn live(entries: &[Entry], side: usize) -> Canvas {
         figure.canvas.text(name, at, &head);
         figure.canvas.picture(&radiance(pixels, side), Rect::new(at.x, at.y + 14.0, SIDE, SIDE));
     };
-    let mut axes = Axes::new(Axis::linear("step"), Axis::log("% of the diagonal")).legend(Legend::None);
+    let mut axes = Axes::new(Axis::linear("step"), Axis::log("Chamfer distance, %")).legend(Legend::Outside);
     if let Some(first) = entries.first() {
         picture(0, "target, held out", &first.fit.target);
         picture(1, "start", &first.fit.stages[0]);
@@ -102,8 +102,12 @@ pub(super) fn live(entries: &[Entry], side: usize) -> Canvas {
         if let Some(last) = entry.fit.stages.last() {
             picture(2 + i, &entry.arm.name(), last);
         }
-        axes.line(entry.fit.moments.iter().map(|m| [m.step as f64, 100.0 * m.chamfer]), &Style::new(color));
+        let style = Style::new(color).labelled(entry.arm.name());
+        axes.line(entry.fit.moments.iter().map(|m| [m.step as f64, 100.0 * m.chamfer]), &style);
     }
-    axes.draw(&mut figure.canvas, Rect::new(body.x + width, body.y, PLOT, SIDE + 36.0));
+    let plot = Rect::new(body.x + width, body.y, 1.6 * PLOT, SIDE + 36.0);
+    axes.draw(&mut figure.canvas, plot);
+    figure.canvas.part(Rect { width: width - GAP, ..body });
+    figure.canvas.part(plot);
     figure.canvas
 }

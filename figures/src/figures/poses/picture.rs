@@ -77,6 +77,8 @@ pub(super) fn live(ends: &[Vec<glam::DVec3>; 2], paths: &[Path], side: usize) ->
         axes.line(points, &Style::new(path.racer.color()).labelled(path.racer.name()));
     }
     axes.draw(&mut figure.canvas, plot);
+    figure.canvas.part(cells);
+    figure.canvas.part(plot);
     figure.canvas
 }
 

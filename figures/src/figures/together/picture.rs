@@ -73,7 +73,9 @@ fn fitted(study: &Study, title: &str, of_floors: &str) -> (Figure, Rect) {
 fn scores(figure: &mut Figure, study: &Study, space: Rect) {
     let names = study.groups.iter().map(|group| (group.name.to_owned(), Palette::BLUE)).collect();
     let widest = study.scores().fold(3.0, |a: f64, s| a.max(s.abs())).min(20.0);
-    let mut rows = Rows::new(Axis::linear("standard errors").limits(-1.05 * widest, 1.05 * widest), names);
+    let ticks = [-LIKELY, 0.0, LIKELY].map(|at| (at, number(at)));
+    let axis = Axis::linear("standard errors").limits(-1.05 * widest, 1.05 * widest).ticks(ticks);
+    let mut rows = Rows::new(axis, names);
     for end in [-LIKELY, 0.0, LIKELY] {
         rows.axes.vertical(end, &Style::new(Color::MUTED).width(1.0).dashed());
     }
