@@ -9,6 +9,7 @@
 //! | [`bias`] | unbiased, biased and refused cases; heavy tails |
 //! | [`surfaces`] | surface reconstruction from pictures, as a distance grid or a neural network |
 //! | [`deviations`] | differences from the Mitsuba format, with their sizes |
+//! | [`python`] | the Python package: gradients, losses, PyTorch and JAX, comparisons with other renderers |
 //! | [`size`] | practical problem sizes, with time, threads and memory |
 //! | [`theory`] | the mathematics in eleven pages: theorem, fields, curves, paths, implicit surfaces, bias |
 
@@ -36,6 +37,9 @@ pub mod surfaces {}
 
 #[doc = include_str!("../guide/deviations.md")]
 pub mod deviations {}
+
+#[doc = include_str!("../guide/python.md")]
+pub mod python {}
 
 #[doc = include_str!("../guide/size.md")]
 pub mod size {}

@@ -11,7 +11,8 @@ use volume3d::Image;
 use volume3d::io::write_exr;
 
 /// Lines that are not run here, with who runs them or why nobody does.
-const ELSEWHERE: [(&str, &str); 9] = [
+const ELSEWHERE: [(&str, &str); 10] = [
+    ("pip install ./volume3d/python", "`.ci/run` installs the package and runs its tests"),
     ("cargo run --release -p figures", "the smoke run of the figures, with --quality draft"),
     ("cargo run --release -p figures -- mesh trade", "the same"),
     ("cargo run --release -p figures -- accuracy", "the same"),

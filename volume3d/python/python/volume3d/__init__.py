@@ -1,0 +1,78 @@
+"""Images and their unbiased derivatives with respect to geometry, by warped-area sampling.
+
+>>> import volume3d as v3
+>>> scene = v3.load_file("table.xml", size=(64, 48))            # doctest: +SKIP
+>>> params = v3.traverse(scene)                                 # doctest: +SKIP
+>>> image = v3.render(scene, spp=64)                            # doctest: +SKIP
+>>> along = v3.forward(scene, {"block.translation": [1, 0, 0]}, spp=64)   # doctest: +SKIP
+>>> gradient = v3.reverse(scene, params, adjoint, spp=16)       # doctest: +SKIP
+
+========================  =====================================================================
+`load_file`               scene from a Mitsuba XML file
+`load_string`             scene from text
+`scene_from_arrays`       scene from meshes, materials and lights as arrays
+`traverse`                parameters of a scene, by name
+`render`                  image of a scene, with its standard error
+`forward`                 derivative of every pixel along a change of parameters
+`reverse`                 gradient of a number by all parameters, from its derivative by the image
+`Fit`                     fit of parameters to pictures
+`compare`                 comparison of somebody else's gradient with ours
+`volume3d.torch`          renderer as a differentiable function of PyTorch
+`volume3d.jax`            renderer as a differentiable function of JAX
+========================  =====================================================================
+
+Images are arrays of shape (height, width, 3) of linear RGB, rows from the top. Lengths are in scene units,
+angles of rotation vectors in radians, fields of view in degrees. All exceptions are subclasses of `Error`.
+"""
+
+from ._compare import Comparison, compare
+from ._core import (
+    Error,
+    FitError,
+    GradientError,
+    InternalError,
+    ParameterError,
+    SceneError,
+    __version__,
+    num_threads,
+    set_num_threads,
+)
+from ._estimate import METHODS, forward, render, reverse
+from ._fit import Adam, Fit, Penalty, View
+from ._parameters import Parameters, traverse
+from ._results import Gradient, GradientImage, Rendering
+from ._scene import Mesh, Scene, load_file, load_string, read_image, scene_from_arrays, write_image
+
+__all__ = [
+    "METHODS",
+    "Adam",
+    "Comparison",
+    "Error",
+    "Fit",
+    "FitError",
+    "Gradient",
+    "GradientError",
+    "GradientImage",
+    "InternalError",
+    "Mesh",
+    "ParameterError",
+    "Parameters",
+    "Penalty",
+    "Rendering",
+    "Scene",
+    "SceneError",
+    "View",
+    "__version__",
+    "compare",
+    "forward",
+    "load_file",
+    "load_string",
+    "num_threads",
+    "read_image",
+    "render",
+    "reverse",
+    "scene_from_arrays",
+    "set_num_threads",
+    "traverse",
+    "write_image",
+]
