@@ -217,7 +217,8 @@ mod tests {
                         Ok(String::new())
                     });
                     let section = prose.unwrap().section("", vec![], Table::default()).unwrap();
-                    // TeX's \min_t is translated to an element with three children, which browsers do not draw.
+                    // TeX's \min_t is translated to an element with three children, which browsers do not
+                    // draw.
                     assert!(!section.formula_mathml.contains("<munder><mspace"), "{}", path.display());
                     pictures.extend(section.pictures.iter().map(|picture| picture.file.clone()));
                     assert!(

@@ -1,10 +1,10 @@
 //! The pages in a real browser, where the machine has one: at the widths of a telephone, a desk and a wide
-//! screen, bright and dark. Nothing is missing, nothing is wider than its box, no link is dead, and nothing is
-//! written to the console.
+//! screen, bright and dark. Nothing is missing, nothing is wider than its box, no link is dead, and nothing
+//! is written to the console.
 //!
 //! By default a small gallery is drawn. The variable GALLERY names the folder of one that is drawn already,
-//! and CHROMIUM a browser. If the gallery is part of a site of `.ci/site`, the links of its guide are checked,
-//! too.
+//! and CHROMIUM a browser. If the gallery is part of a site of `.ci/site`, the links of its guide are
+//! checked, too.
 
 use std::fs;
 use std::path::{Path, PathBuf};

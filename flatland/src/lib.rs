@@ -28,6 +28,8 @@
 //!   from SVG files with the feature `svg`.
 //! - [`transport`]: two-dimensional worlds with light scattering, integrated over the directions of a circle,
 //!   with exact images and derivatives.
+//! - [`chain`]: mirrors, glass, openings and lights without extent, up to the first diffuse surface, with
+//!   exact derivatives.
 //! - [`sdf`]: two-dimensional implicit shapes, and warp fields built from the points of a sphere tracer.
 //! - [`estimator`]: methods of image differentiation behind one trait; those for paths are in
 //!   [`estimator::transport`].
@@ -88,6 +90,7 @@
 
 pub mod boundary;
 pub mod calculus;
+pub mod chain;
 pub mod estimator;
 pub mod moments;
 pub mod plane;

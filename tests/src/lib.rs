@@ -7,6 +7,7 @@
 //! - [`mutations`]: mistakes that the tests must notice, and how they are put into a copy of the code.
 //! - [`oracle`]: pixels of a plane scene and their derivatives by a slab decomposition in dual
 //!   numbers, sharing no code with [`flatland::plane::exact`].
+//! - [`chains`]: random worlds with mirrors, glass, openings and lights without extent.
 //! - [`power`]: the smallest bias that a test rejects.
 //! - [`quadrature`]: Gauss–Legendre rules.
 //! - [`results`]: the tables of `RESULTS.md`, which tests fill.
@@ -25,6 +26,7 @@
 )]
 
 pub mod campaign;
+pub mod chains;
 mod choices;
 pub mod comparison;
 mod dice;

@@ -11,7 +11,7 @@
 //! | [`deviations`] | differences from the Mitsuba format, with their sizes |
 //! | [`python`] | the Python package: gradients, losses, PyTorch and JAX, comparisons with other renderers |
 //! | [`size`] | practical problem sizes, with time, threads and memory |
-//! | [`theory`] | the mathematics in eleven pages: theorem, fields, curves, paths, implicit surfaces, bias |
+//! | [`theory`] | the mathematics in twelve pages: theorem, fields, curves, paths, implicit surfaces, bias, chains |
 
 #[doc = include_str!("../guide/start.md")]
 pub mod start {}
@@ -78,4 +78,7 @@ pub mod theory {
 
     #[doc = include_str!("../guide/theory-11-bias.md")]
     pub mod bias {}
+
+    #[doc = include_str!("../guide/theory-12-chains.md")]
+    pub mod chains {}
 }

@@ -1,6 +1,7 @@
 //! The figures, one file each, in the order of the story.
 
 mod attempts;
+mod chains;
 pub(crate) mod common;
 mod drawing;
 mod edges;
@@ -69,7 +70,7 @@ const fn study(
 }
 
 /// All figures in the order of their numbers, from 1 on: that of the lecture.
-pub(crate) const ALL: [Figure; 19] = [
+pub(crate) const ALL: [Figure; 20] = [
     figure("forms", "the boundary term: Reynolds and divergence, exactly", 3.0, forms::draw),
     figure("fields", "every construction of the warp field on one scene", 9.0, fields::draw),
     figure("attempts", "the three attempts along a line across a silhouette", 5.0, attempts::draw),
@@ -84,6 +85,7 @@ pub(crate) const ALL: [Figure; 19] = [
         transport::draw,
     ),
     figure("specular", "edge sampling and warped area as a glossy lobe narrows", 5.0, specular::draw),
+    figure("chains", "an emitter in a curved mirror, which no list of edges finds", 3.0, chains::draw),
     figure("path-bias", "bias and variance along paths, for shadows and two bounces", 8.0, path_bias::draw),
     figure("mesh", "a mesh in a room, and the gradient image of its motion, term by term", 8.0, mesh::draw),
     figure(

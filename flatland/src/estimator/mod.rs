@@ -21,6 +21,7 @@
 
 mod area_integral;
 mod boundary_integral;
+pub mod chain;
 mod driver;
 mod edge_points;
 mod edge_sampling;

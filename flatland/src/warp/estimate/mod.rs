@@ -4,6 +4,8 @@
 mod tests;
 mod weights;
 
+use std::ops::Range;
+
 use rand::Rng;
 
 use self::weights::{LogWeight, Weights};
@@ -65,24 +67,77 @@ impl Warp {
         kappa: f64,
         hits: Vec<(H, f64)>,
     ) -> Stencil<D, H> {
-        let Bundle { point, plan, draws } = bundle;
-        assert_eq!(draws.len(), hits.len(), "one hit for every draw");
-        let mut logs = Vec::with_capacity(draws.len());
-        let mut terms = Vec::with_capacity(draws.len());
-        for (draw, (hit, distance)) in draws.iter().zip(hits) {
+        assert_eq!(bundle.draws.len(), hits.len(), "one hit for every draw");
+        let mut logs = Vec::with_capacity(hits.len());
+        let mut terms = Vec::with_capacity(hits.len());
+        for (draw, (hit, distance)) in bundle.draws.iter().zip(hits) {
             logs.push(self.weigh::<D>(draw, kappa, distance));
             terms.push(Term { hit, weight: 0.0, divergence: D::Vector::ZERO });
         }
+        self.combine(&bundle, logs, terms, |i| i..i + 1)
+    }
+
+    /// [`stencil_of`](Self::stencil_of) with several hits for every draw, each of which has a weight of its
+    /// own: the points of a [chain](crate::chain).
+    ///
+    /// A hit at a distance s beyond the reach R of the boundary function B ~ sᵖ has its weight multiplied by
+    /// (R/s)^pγ. Where a mirror or lens focuses, s and the hit's velocity grow together without bound, and
+    /// their product with this weight does not.
+    ///
+    /// # Panics
+    /// If there is not at least one hit, with its distance to the nearest discontinuity, for every draw.
+    #[must_use]
+    pub fn chain_stencil<D: Domain, H>(
+        &self,
+        bundle: &Bundle<D>,
+        kappa: f64,
+        hits: Vec<Vec<(H, f64)>>,
+    ) -> Stencil<D, H> {
+        assert_eq!(bundle.draws.len(), hits.len(), "hits for every draw");
+        let (mut logs, mut terms, mut first) = (vec![], vec![], vec![0]);
+        for (draw, hits) in bundle.draws.iter().zip(hits) {
+            assert!(!hits.is_empty(), "at least one hit for every draw");
+            for (hit, distance) in hits {
+                let mut log = self.weigh::<D>(draw, kappa, distance);
+                log.weight -= self.fading(distance, kappa);
+                logs.push(log);
+                terms.push(Term { hit, weight: 0.0, divergence: D::Vector::ZERO });
+            }
+            first.push(logs.len());
+        }
+        self.combine(bundle, logs, terms, |i| first[i]..first[i + 1])
+    }
+
+    /// The coefficients of the hits, given the range of hits of every draw.
+    fn combine<D: Domain, H>(
+        &self,
+        bundle: &Bundle<D>,
+        logs: Vec<LogWeight<D::Vector>>,
+        mut terms: Vec<Term<D::Vector, H>>,
+        hits_of: impl Fn(usize) -> Range<usize> + Clone,
+    ) -> Stencil<D, H> {
+        let Bundle { point, plan, .. } = *bundle;
         let weights = Weights::new(logs);
         let unit = self.points.unit(plan.rays);
         self.debias.combine(plan, unit, |subset: Subset, coefficient| {
-            weights.accumulate(subset.indices(), coefficient, &mut terms);
+            weights.accumulate(subset.indices().flat_map(hits_of.clone()), coefficient, &mut terms);
         });
         // −c u·V of the projected field, as part of the covectors.
         for term in &mut terms {
             term.divergence = term.divergence - point * (D::CURVATURE * term.weight);
         }
         Stencil::new(point, terms)
+    }
+
+    /// ln (s/R)^pγ beyond the reach R.
+    fn fading(&self, distance: f64, kappa: f64) -> f64 {
+        match self.weighting {
+            Weighting::BoundaryAware { gamma, boundary } => {
+                let relative = distance / boundary.reach(kappa);
+                boundary.order() * gamma * relative.max(1.0).ln()
+            }
+            Weighting::Gaussian => 0.0,
+        }
     }
 
     /// ln w̃ up to a constant, and ℓ = ∇_u ln w.
