@@ -21,7 +21,8 @@
 //! use volume3d::scene::{Camera, Description, Film, Filter, Integrator, Material, Scene};
 //!
 //! let camera = Camera::look_at(DVec3::new(0.0, 1.5, 4.0), DVec3::new(0.0, 0.5, 0.0), DVec3::Y, 0.7);
-//! let film = Film { width: 16, height: 16, crop: None, sample_border: true, filter: Filter::Tent { radius: 1.0 } };
+//! let filter = Filter::Tent { radius: 1.0 };
+//! let film = Film { width: 16, height: 16, crop: None, sample_border: true, filter };
 //! let mut description = Description::new(camera, film);
 //! description.integrator = Integrator { max_depth: Some(2), rr_depth: 5 };
 //! let white = description.add_material(Material::diffuse("white", DVec3::splat(0.7)));

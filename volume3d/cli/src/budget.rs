@@ -1,4 +1,4 @@
-//! How many samples a pixel are spent: as many as are asked for, or as a pilot says are needed.
+//! The number of samples per pixel: given, or estimated by pilot runs.
 
 use std::time::{Duration, Instant};
 
@@ -16,54 +16,58 @@ use super::spp::{MAX_SAMPLES, samples};
 /// `--spp`, `--time` and `--error`.
 #[derive(Args, Clone, Debug)]
 pub(super) struct Budget {
-    /// Samples a pixel; the scene's sample_count unless given.
+    /// Samples per pixel [default: sample_count of the scene].
     #[arg(long, value_name = "N", value_parser = samples, conflicts_with_all = ["time", "error"])]
     spp: Option<usize>,
-    /// About how long to go on, as 30s, 5m or 1h, and rather less: a short pilot measures how long a sample takes. With --error whichever
-    /// is reached first. The same seed then has other samples on another machine; with the --spp that is printed it has the same.
+    /// Time limit, such as 30s, 5m or 1h; a run usually takes less. A short pilot measures the time per
+    /// sample. With --error, the limit that is reached first counts. The number of samples depends on the
+    /// speed of the machine: to reproduce a result elsewhere, use --spp with the printed number.
     #[arg(long, value_name = "T", value_parser = duration)]
     time: Option<Duration>,
-    /// How exact the gradient is to be: the root mean square of its error as a part of that of the gradient itself, 0.02 for
-    /// 2 %. A pilot estimates how many samples that takes, and its own are not used, so that the gradient stays unbiased.
+    /// Target for the relative error of the gradient: the root mean square of the error divided by that of
+    /// the gradient, 0.02 for 2 %. A pilot estimates the number of samples. The result does not use the
+    /// pilot's samples and stays unbiased.
     #[arg(long, value_name = "E", value_parser = error)]
     error: Option<f64>,
 }
 
-/// What a run of few samples found.
+/// Time, signal and noise of a pilot run.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pilot {
     pub(super) seconds: f64,
-    /// The squared length of what was found less that of its noise, and of the noise.
+    /// `[signal, noise]`: the squared norm of the result minus that of its noise, and the expected squared
+    /// norm of the noise of one run.
     pub(super) squares: [f64; 2],
 }
 
-/// Samples a pixel, and what led to them.
+/// The number of samples per pixel, and how it was found.
 pub(super) struct Plan {
     pub(super) samples: usize,
+    /// A line about the pilots, to be printed.
     pub(super) text: String,
-    /// The relative error that the pilot foresees, if there was one.
+    /// The relative error that the pilot predicts; nothing without a pilot, or if it measured time only.
     pub(super) foreseen: Option<f64>,
 }
 
-/// Samples of the first pilot. Each has four times as many as the one before. With fewer a method that splits them has one of some
-/// parts, however few it should have.
+/// Samples per pixel of the first pilot; each further pilot has four times as many. With fewer, a method that
+/// splits its samples would give one sample to parts that should have less than one.
 const FIRST: usize = 16;
-/// Where time is short.
+/// The same if --time is given.
 const FIRST_BY_TIME: usize = 2;
-/// A pilot of more says nothing that a user would wait for.
+/// With --error alone: once a pilot has this many samples per pixel, no larger one is run.
 const MOST: usize = 1 << 14;
-/// A relative error below this is told well enough to be scaled.
+/// Relative errors below this are accurate enough to be extrapolated.
 const TOLD: f64 = 0.5;
-/// At least so much of a run's time is that of its samples.
+/// Lower bound on the part of a run's time that its samples take.
 const LEAST: f64 = 0.25;
-/// Pilots take no more than about this part of the time.
+/// Part of --time that pilots may take, approximately.
 const SHARE: f64 = 0.1;
 
-/// The purpose of random numbers.
+/// Key of the pilots' random streams.
 const PILOT: u64 = 0x70_696c_6f74;
 
 impl Pilot {
-    /// The noise relative to what it is in; 0 if there is neither, ∞ if there is nothing else.
+    /// √(noise/signal): 0 without noise, ∞ if noise hides the signal.
     pub(super) fn relative(&self) -> f64 {
         let [signal, noise] = self.squares;
         match noise {
@@ -73,14 +77,14 @@ impl Pilot {
         }
     }
 
-    /// Of an image and its standard error.
+    /// From an image and its standard error.
     pub(super) fn of_image(seconds: f64, image: &Image, standard_error: &Image) -> Self {
         let square = |image: &Image| image.pixels.iter().map(|p| p.length_squared()).sum::<f64>();
         let noise = square(standard_error);
         Self { seconds, squares: [square(image) - noise, noise] }
     }
 
-    /// Of independent runs with one vector each.
+    /// From independent runs, each with one vector as its result.
     pub(super) fn of_runs(seconds: f64, runs: &[Vec<f64>]) -> Self {
         let count = runs.len() as f64;
         let (mut whole, mut noise) = (0.0, 0.0);
@@ -94,13 +98,14 @@ impl Pilot {
 }
 
 impl Budget {
-    /// Whether the number of samples is yet to be found.
+    /// Whether the number of samples must be estimated.
     pub(super) fn is_open(&self) -> bool {
         self.time.is_some() || self.error.is_some()
     }
 
-    /// The number of samples that fit into --time, if it is given alone, by the time that a pilot's survey takes, and the last survey. One of
-    /// more samples tells it better, and is needed anyway where many fit.
+    /// The number of samples that fit into --time, and the last survey; nothing unless --time is given
+    /// without --error, or if the survey predicts no times. The time per sample is that of a pilot's survey.
+    /// If many samples fit, a second survey with more samples is needed anyway, and measures it better.
     pub(super) fn plan_by_survey(
         &self,
         seed: u64,
@@ -113,7 +118,7 @@ impl Budget {
             let (begin, clock) = (start.elapsed().as_secs_f64(), Clock::default());
             let survey = survey(&of(fit), &clock)?;
             let (end, samples) = (start.elapsed().as_secs_f64(), clock.seconds());
-            // What comes before samples is done once more.
+            // The preparation before the samples is done again in the run itself.
             let left = time.as_secs_f64() - end - (end - begin - samples);
             let fits = |count: usize| Some(survey.relative_time(&of(count))? * samples <= left);
             let mut too_many = MAX_SAMPLES + 1;
@@ -134,7 +139,8 @@ impl Budget {
         unreachable!("there are two rounds")
     }
 
-    /// The number of samples, from as many pilots as are needed: each is given its samples and a seed of its own.
+    /// The number of samples, from as many pilots as needed. `pilot` runs one with a number of samples and a
+    /// seed.
     pub(super) fn plan(
         &self,
         scene: &Scene,
@@ -154,14 +160,15 @@ impl Budget {
             let by_error =
                 self.error.filter(|_| relative < TOLD).map(|e| samples as f64 * (relative / e).powi(2));
             let time = self.time.map(|time| time.as_secs_f64());
-            // A run takes a time of its own and one for each sample, which two short runs may tell badly.
+            // A run takes `own` + `each` · samples. Two short runs may measure this badly, hence the lower
+            // bound on `each`.
             let (few, seconds) = before.unwrap_or((0, 0.0));
             let mean = found.seconds / samples as f64;
             let each =
                 ((found.seconds - seconds) / (samples - few) as f64).max(LEAST * mean).max(f64::MIN_POSITIVE);
             let own = (found.seconds - each * samples as f64).max(0.0);
             let by_time = time.map(|time| (time - spent - own) / each);
-            // The next pilot would take too long.
+            // Whether the next pilot would take too long.
             let is_late = time.is_some_and(|time| 5.0 * spent > SHARE * time);
             before = Some((samples, found.seconds));
             let wanted = match (by_error, by_time) {
@@ -171,10 +178,10 @@ impl Budget {
                 _ => None,
             };
             if let Some(wanted) = wanted {
-                // A standard error takes two.
+                // A standard error needs two samples.
                 let planned = (wanted.ceil().max(2.0) as usize).min(MAX_SAMPLES);
                 let text = format!(
-                    "a pilot of {samples} spp took {:.2} s and was off by {} of the gradient: {planned} spp\n",
+                    "a pilot of {samples} spp took {:.2} s, with an error of {} of the gradient: {planned} spp\n",
                     found.seconds,
                     percent(relative)
                 );
@@ -183,7 +190,7 @@ impl Budget {
             }
             if samples >= MOST && time.is_none() {
                 bail!(
-                    "after {samples} samples a pixel the gradient is still lost in its noise, {} of it: it may be 0; give --spp",
+                    "after {samples} spp the noise is still {} of the gradient, which may be 0; give --spp",
                     percent(relative)
                 );
             }
@@ -193,9 +200,9 @@ impl Budget {
     }
 }
 
-/// A relative error in words.
+/// A relative error as a percentage.
 pub(super) fn percent(relative: f64) -> String {
-    if relative.is_finite() { format!("{:.2} %", 100.0 * relative) } else { "more than all".to_owned() }
+    if relative.is_finite() { format!("{:.2} %", 100.0 * relative) } else { "more than 100 %".to_owned() }
 }
 
 fn duration(text: &str) -> Result<Duration, String> {
@@ -235,7 +242,8 @@ mod tests {
         assert!(error("0.02") == Ok(0.02) && error("0").is_err() && error("NaN").is_err());
     }
 
-    /// Of runs of one number, 3 ± 1: the noise of one run is its variance, and the signal what is left of the squared mean.
+    /// For runs of one number, the noise of a run is the sample variance, and the signal is the squared mean
+    /// minus the noise of the mean.
     #[test]
     fn runs_tell_signal_from_noise() {
         let runs = [2.0, 4.0, 3.0, 3.0].map(|x| vec![x]);

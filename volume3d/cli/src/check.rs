@@ -24,29 +24,31 @@ use super::session::{Bar, RunOptions, SceneOptions, check_size, located, silent}
 use super::signals::stop_if_asked;
 use super::spp::samples;
 
-/// Validates a gradient: the method against central finite differences, at several steps.
+/// Validates a gradient: compares the method with central finite differences at several steps.
 ///
-/// Both estimate one number, the weighted total of the gradient image. Its weights, between -1 and 1, are a
-/// third, independent estimate of the gradient, so that parts of opposite sign do not cancel. The error of
-/// that number is taken from 16 independent runs, so that noise which pixels have in common is counted in
-/// full; all steps see the same random numbers.
+/// Both estimate one number, the weighted total of the gradient image. The weights, between -1 and 1, come
+/// from a third, independent estimate of the gradient, so that parts of opposite sign do not cancel. Standard
+/// errors are those of 16 independent runs; they include noise that pixels share. All steps use the same
+/// random numbers.
 ///
-/// The table gives for every step the slope by finite differences, its standard error, how far larger steps
-/// say that it is off, z (how many standard errors the method is off), and the relative difference. Large
-/// steps are biased, small ones are noisy: few samples see a silhouette move, and perhaps none. So every step
-/// but the largest has bounds for the true slope: what chance may do to 16 runs, what samples like the
-/// largest that was seen may add, a change of the brightest pixel that no sample saw, and an error of the
-/// step that falls at least in proportion to it. The method DIFFERs if it is outside of the bounds of any
-/// step. Of a right gradient that is said in at most one of 900 checks.
+/// The table lists for each step the slope by finite differences, its standard error, a bound on its error
+/// due to the step, z (the difference between method and slope in standard errors), and the relative
+/// difference. Large steps are biased. Small steps are noisy: few samples, or none, see a silhouette move.
+/// Every step except the largest therefore has bounds on the true slope. They allow for the noise of 16 runs,
+/// for samples like the largest one that was seen, for a change of the brightest pixel that no sample saw,
+/// and for an error that falls at least in proportion to the step.
 ///
-/// Where a parameter is at a bound of its range, as a radiance of 0 or a roughness of 1, differences are
-/// one-sided, and that is said.
+/// The verdict is DIFFER if the method is outside the bounds of any step. This happens in at most one of 900
+/// checks of a correct gradient.
 ///
-/// AGREE means that the narrowest of these bounds are within a tenth of the slope. OPEN means that noise or
-/// steps leave more; raise --spp as it says. Where neither the method nor differences see any change there is
-/// nothing to check, and that is said.
+/// At a bound of a parameter's range, such as a radiance of 0 or a roughness of 1, finite differences are
+/// one-sided; a line says so.
 ///
-/// Exit status: 0 if they agree; 1 if they differ, or nothing changes; 3 if it is open.
+/// The verdict is AGREE if the narrowest bounds are within a tenth of the slope, and OPEN if noise or steps
+/// leave wider ones: then raise --spp as advised. It is NOTHING CHANGES if neither the method nor finite
+/// differences see a change.
+///
+/// Exit status: 0 for AGREE; 1 for DIFFER and NOTHING CHANGES; 3 for OPEN.
 ///
 /// Example: volume3d check scene.xml --move box:translate:1,0,0 --spp 1024
 #[derive(Args, Debug)]
@@ -57,22 +59,22 @@ pub(super) struct Options {
     moves: Moves,
     #[command(flatten)]
     method: MethodOptions,
-    /// Steps of finite differences; unless given, those at which the fastest parameter moves by 3e-2, 1e-2,
-    /// 3e-3, 1e-3 and 3e-4 of the scene's size, of a radian, or of a unit of radiance, intensity, reflectance
-    /// or roughness.
+    /// Steps of finite differences [default: the fastest parameter moves by 3e-2, 1e-2, 3e-3, 1e-3 and 3e-4
+    /// of the scene's size, of a radian, or of a unit of radiance, intensity, reflectance or roughness]. The
+    /// largest is left out if it leaves the range of a parameter.
     #[arg(long, value_name = "H,…", value_delimiter = ',', value_parser = step, allow_negative_numbers = true)]
     steps: Vec<f64>,
-    /// Samples a pixel, in all runs together.
+    /// Samples per pixel, the sum over all 16 runs.
     #[arg(long, value_name = "N", default_value_t = 256, value_parser = samples)]
     spp: usize,
     #[command(flatten)]
     run: RunOptions,
 }
 
-/// Samples a pixel of the weights: they may be noisy.
+/// Samples per pixel of the weights, which may be noisy.
 const WEIGHT_SAMPLES: usize = 16;
 
-/// What tells the seeds of the three estimates apart.
+/// Keys of the random streams of the three estimates, and of the pilot that chooses the method.
 const WEIGHTS: u64 = 1;
 const METHOD: u64 = 2;
 const CHOICE: u64 = 4;
@@ -85,7 +87,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
         return error(ErrorKind::MissingRequiredArgument, "say what changes: --move");
     }
     if options.method.is_finite_difference() {
-        let text = "finite differences are what others are checked against; name another --method";
+        let text = "finite differences are the reference of a check; choose another --method";
         return error(ErrorKind::ArgumentConflict, text);
     }
     options.run.begin()?;
@@ -93,7 +95,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     check_size(options.scene.path(), loaded.scene.size())?;
     let change = change(&loaded.scene, &options.moves.moves)?;
     if change == Tangent::still(&loaded.scene) {
-        let text = "NOTHING CHANGES: all rates of --move are 0, or their sum is\n".to_owned();
+        let text = "NOTHING CHANGES: all rates of --move are 0, or cancel\n".to_owned();
         return Ok(Report { text, outcome: Outcome::Bad });
     }
     let mut steps = options.steps.clone();
@@ -117,40 +119,41 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     Ok(Report { text, outcome })
 }
 
-/// What all estimates share.
+/// The data that all estimates share.
 struct Check<'a> {
     options: &'a Options,
     scene: &'a Scene,
     change: &'a Tangent,
-    /// Samples a pixel of one run.
+    /// Samples per pixel of one run.
     samples: usize,
     bar: Bar,
     messages: String,
 }
 
-/// Results of all runs of an estimate.
+/// The results of all runs of an estimate.
 #[derive(Default)]
 struct Runs {
-    /// The weighted total of each.
+    /// The weighted total of each run.
     totals: Vec<f64>,
-    /// The sample of each that adds most to it.
+    /// The sample of each run that contributes most to the gradient.
     largest: Vec<Option<Contribution>>,
-    /// The brightest pixel, all channels together.
+    /// The largest sum of the channels' absolute values over pixels and runs.
     brightest: f64,
-    /// Of finite differences: why they have one side only.
+    /// The reason if finite differences are one-sided.
     one_sided: Option<OneSided>,
 }
 
 impl Runs {
-    /// The most that one sample adds to a total.
+    /// The largest contribution of one sample.
     fn largest(&self) -> f64 {
         self.largest.iter().flatten().map(|sample| sample.amount).fold(0.0, f64::max)
     }
 }
 
-/// The most that a sample like the largest would add at a step to the mean of all runs. A jump that a larger
-/// step saw, and this one did not, would be divided by this step; a smooth change is there at both, and then
-/// it is the same sample that is the largest.
+/// The most that one sample like the largest would contribute to the mean of all runs at a step. A
+/// discontinuity that a larger step saw and this one did not would be divided by this step, so its
+/// contribution is scaled by the ratio of steps. A smooth change is seen at both steps, as the same largest
+/// sample, and is not scaled.
 fn grain(steps: &[f64], runs: &[Runs], of: usize) -> f64 {
     let place = |sample: Contribution| (sample.column, sample.row, sample.sample);
     let of_run = |r: usize| {
@@ -170,10 +173,12 @@ impl<'a> Check<'a> {
         Self { options, scene, change, samples, bar, messages: String::new() }
     }
 
-    /// A rough gradient image in units of the root of its mean square, cut off at ±1.
+    /// A rough gradient image divided by the root mean square of its channels that are not 0, and clamped to
+    /// ±1.
     ///
-    /// Where jumps move, the variance of differences is ~ |gradient|, not the same everywhere: all pixels
-    /// that change should count alike. And no sample counts more than it adds to the image.
+    /// Where discontinuities move, the variance of differences is proportional to |gradient|, which varies
+    /// over the image; the weights let all changing pixels count alike. No sample counts more than in the
+    /// image itself.
     fn weights(&self, step: f64) -> Result<Vec<DVec3>, GradientError> {
         let seed = self.seed(WEIGHTS, 0);
         let method = FiniteDifference { samples: WEIGHT_SAMPLES, step, seed };
@@ -187,7 +192,7 @@ impl<'a> Check<'a> {
         Ok(image.pixels.iter().map(|p| (*p / range).clamp(DVec3::NEG_ONE, DVec3::ONE)).collect())
     }
 
-    /// The method, and finite differences with all steps.
+    /// The estimate of the method, and the slopes at all steps.
     fn estimates(
         &mut self,
         steps: &[f64],
@@ -199,7 +204,8 @@ impl<'a> Check<'a> {
             steps.iter().map(|&h| self.differences(h, weights)).collect::<Result<_, _>>()?;
         let grains: Vec<f64> = (0..steps.len()).map(|i| grain(steps, &runs, i)).collect();
         let brightest = runs.iter().map(|r| r.brightest).fold(0.0, f64::max);
-        // A change of a sample is divided by both sides' distance, and by all samples.
+        // The change of one sample is divided by the distance between the two sides and by the number of
+        // samples.
         let found = steps.iter().zip(&runs).filter_map(|(&step, r)| Some((step, r.one_sided.as_ref()?)));
         self.messages += &one_sided(found);
         let apart = if runs[0].one_sided.is_some() { steps[0] } else { 2.0 * steps[0] };
@@ -210,14 +216,14 @@ impl<'a> Check<'a> {
 
     /// All runs of the method.
     fn method(&mut self, weights: &[DVec3]) -> Result<Runs, GradientError> {
-        // Chosen once for all runs, which have seeds of their own.
+        // The method is chosen once; each run has its own seed.
         let estimator = self.options.method.estimator(self.samples, self.seed(CHOICE, 0), None);
         let (estimator, chosen) = chosen(estimator, |p| p.for_change(self.scene, self.change, &silent()))?;
         self.messages += &chosen;
         self.runs(weights, |check, r| estimator.with_seed(check.seed(METHOD, r)))
     }
 
-    /// The same of finite differences with one step.
+    /// All runs of finite differences with one step.
     fn differences(&mut self, step: f64, weights: &[DVec3]) -> Result<Runs, GradientError> {
         self.runs(weights, |check, r| {
             let (samples, seed) = (check.samples, check.seed(DIFFERENCES, r));
@@ -247,7 +253,7 @@ impl<'a> Check<'a> {
         Ok(runs)
     }
 
-    /// Every run's own.
+    /// The seed of a run.
     fn seed(&self, purpose: u64, run: usize) -> u64 {
         stream(self.options.run.seed, &[purpose, run as u64]).next_u64()
     }
@@ -269,7 +275,7 @@ fn table(text: &mut String, method: Estimate, slopes: &[Slope]) {
     text.push('\n');
 }
 
-/// Says what the verdict is, and what to do.
+/// Appends the verdict with advice, and returns the outcome.
 fn conclude(text: &mut String, verdict: Verdict, samples: usize) -> Outcome {
     let percent = |x: f64| 100.0 * x;
     let (outcome, words) = match verdict {
@@ -279,20 +285,20 @@ fn conclude(text: &mut String, verdict: Verdict, samples: usize) -> Outcome {
         }
         Verdict::Differs { step, by } => {
             let by = if by.is_finite() { format!(" by {:.1}%", percent(by)) } else { String::new() };
-            let than = "more than chance, what no sample saw and the step explain";
+            let than = "more than noise, unseen samples and the step's error explain";
             (Outcome::Bad, format!("DIFFER{by} at step {step:.1e}: {than}"))
         }
         Verdict::Open { within, more } => {
             let seen = if within.is_finite() {
-                format!("a difference below {:.0}% would not be seen", percent(within))
+                format!("a difference below {:.0}% would not be detected", percent(within))
             } else {
-                "no slope is seen that a difference could be compared with".to_owned()
+                "no slope was found to compare with".to_owned()
             };
             let wanted = percent(RESOLUTION);
             let advice = match more {
                 Some(more) => {
                     let spp = (more * samples as f64).ceil();
-                    format!("--spp {spp:.0} or so resolves {wanted:.0}%, if tails are not heavy")
+                    format!("about --spp {spp:.0} resolves {wanted:.0}%, unless tails are heavy")
                 }
                 None if within.is_finite() => format!("give smaller --steps to resolve {wanted:.0}%"),
                 None => {
@@ -302,8 +308,8 @@ fn conclude(text: &mut String, verdict: Verdict, samples: usize) -> Outcome {
             (Outcome::Open, format!("OPEN: {seen}; {advice}"))
         }
         Verdict::Nothing => {
-            let words = "NOTHING CHANGES: by the method and by differences every pixel's derivative is exactly 0; \
-                         what moves is not seen, nor is its shadow";
+            let words = "NOTHING CHANGES: the method and finite differences give exactly 0 at every pixel; \
+                         neither what moves nor its shadow is visible";
             (Outcome::Bad, words.to_owned())
         }
     };
@@ -323,7 +329,7 @@ mod tests {
         options: Options,
     }
 
-    /// A lit square, a little turned, and its shadow on another, with the default samples.
+    /// A slightly rotated lit square that casts a shadow on another one.
     const SCENE: &str = r#"<scene version="3.0.0">
         <integrator type="path"><integer name="max_depth" value="2"/></integrator>
         <sensor type="perspective"><float name="fov" value="40"/>
@@ -338,7 +344,8 @@ mod tests {
         </shape>
     </scene>"#;
 
-    /// Of an ordinary scene a gradient that is 30 % too small or too large is found, and a right one is not.
+    /// On an ordinary scene a gradient that is 30 % too small or too large is rejected, and the correct one
+    /// is not.
     #[test]
     fn a_third_is_found_on_an_ordinary_scene() {
         let folder = tempfile::tempdir().unwrap();

@@ -1,26 +1,27 @@
-//! Two estimates of one number, and whether they can be told apart.
+//! Whether two estimates of one number differ.
 //!
-//! Finite differences see a discontinuity move only in the few samples that it crosses: rare events, the
-//! rarer the smaller the step. The spread of runs contains nothing of events that did not happen, and is
-//! smallest where fewest were seen. So a bound has three parts:
+//! Finite differences see a moving discontinuity only in the few samples that it crosses, and in fewer for
+//! smaller steps. The spread of runs does not account for such rare events that did not happen. A bound is
+//! therefore the sum of three parts:
 //!
 //! - Student's quantile times the standard error of 16 runs;
-//! - the rule of three, for samples like the largest: an event that n samples did not see has a rate below ln(1/δ)/n, with a
-//!   confidence of 1 − δ (3/n of 95 %). The largest is that of this step and of all larger ones, as a jump that one step saw is
-//!   there at all of them. (The empirical Bernstein bound of Maurer and Pontil, 2009, which holds for all that is bounded, has
-//!   7/3 of that; events alone do not need as much, as the tests show.)
-//! - the same for what no sample of any step saw, which changes a sample by no more than the brightest pixel.
+//! - the rule of three, for samples like the largest: an event that none of n samples saw has a rate below
+//!   ln(1/δ)/n with confidence 1 − δ (3/n for 95 %). The largest sample is that of this step and of all
+//!   larger ones, because a discontinuity seen at one step exists at all of them. (The empirical Bernstein
+//!   bound of Maurer and Pontil, 2009, has 7/3 times this term and holds for any bounded variable; rare
+//!   events do not need it, as the tests show.)
+//! - the same for a change that no sample of any step saw; a sample changes by at most the brightest pixel.
 //!
-//! Each step has its own bound, and all hold together (Bonferroni). The method differs if it is outside the
-//! bound of any step; it agrees within the narrowest bound.
+//! Each step has its own bound, with confidences that make all of them hold together (Bonferroni). The method
+//! differs if it is outside the bound of any step, and agrees within the narrowest bound.
 
-/// A mean of independent runs.
+/// The mean of independent runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Estimate {
     pub(super) mean: f64,
     /// Its standard error.
     pub(super) error: f64,
-    /// The most that one sample may contribute to the mean, judged by those that were seen.
+    /// The most that one sample contributes to the mean, estimated from the samples seen.
     pub(super) grain: f64,
 }
 
@@ -48,23 +49,23 @@ impl Estimate {
     }
 }
 
-/// Finite differences with one step.
+/// The slope by finite differences with one step.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Slope {
     pub(super) step: f64,
     pub(super) estimate: Estimate,
-    /// The slope extrapolated to a step of 0 from this and each larger step, as if the error were
-    /// proportional to the step: F(h) − (F(H) − F(h))/(H/h − 1). An error that falls faster leaves the truth
-    /// between F(h) and these.
+    /// The slope extrapolated to a step of 0 from this step h and each larger step H, for an error
+    /// proportional to the step: F(h) − (F(H) − F(h))/(H/h − 1). If the error falls faster than the step, the
+    /// true slope is between F(h) and these.
     pub(super) extrapolated: Vec<Estimate>,
-    /// Contribution of one sample that changes, at the largest step, by as much as the brightest pixel.
+    /// The contribution to the slope at the largest step of a sample that changes by the brightest pixel.
     pub(super) unseen: f64,
 }
 
 impl Slope {
-    /// Finite differences at all steps, from large to small, from the totals of runs with common random
-    /// numbers. Of each step, the most that a sample like the largest would add to the mean of all runs, and
-    /// at the largest step what one would that changes by as much as the brightest pixel.
+    /// The slopes at all steps, sorted from large to small, from the totals of runs with common random
+    /// numbers. `grains`: for each step, the most that one sample like the largest contributes to the mean of
+    /// all runs. `unseen`: see [`Slope::unseen`].
     pub(super) fn of(steps: &[f64], totals: &[Vec<f64>], grains: &[f64], unseen: f64) -> Vec<Self> {
         let slope = |(i, &step): (usize, &f64)| {
             let grain = grains[i];
@@ -80,14 +81,14 @@ impl Slope {
         steps.iter().enumerate().map(slope).collect()
     }
 
-    /// Upper bound on the error due to the step.
+    /// Upper bound on the error due to the step; ∞ at the largest step.
     pub(super) fn bias(&self) -> f64 {
         let apart = self.extrapolated.iter().map(|e| (e.mean - self.estimate.mean).abs());
         apart.reduce(f64::max).unwrap_or(f64::INFINITY)
     }
 
-    /// Bounds of the method less the truth. With `times` the samples, noise is as much less; all else stays
-    /// as it is.
+    /// Bounds on the method's value minus the true slope. With `times` as many samples, the noise is smaller
+    /// and everything else is the same.
     fn bounds(&self, method: Estimate, tolerance: Tolerance, times: f64) -> [f64; 2] {
         let all = std::iter::once(&self.estimate).chain(&self.extrapolated);
         all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], e| {
@@ -97,7 +98,8 @@ impl Slope {
         })
     }
 
-    /// Factor on the samples that would resolve [`RESOLUTION`], to √2, if the steps allow it.
+    /// The smallest factor on the number of samples that resolves [`RESOLUTION`], in powers of √2 up to 2²⁰;
+    /// nothing if the steps do not allow it.
     fn more(&self, method: Estimate, tolerance: Tolerance) -> Option<f64> {
         let wanted = RESOLUTION * self.estimate.mean.abs();
         let times = (1..=40).map(|k| 2.0_f64.powf(0.5 * f64::from(k)));
@@ -109,48 +111,49 @@ fn half_width([low, high]: [f64; 2]) -> f64 {
     0.5 * (high - low)
 }
 
-/// What a comparison says.
+/// The result of a comparison.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Verdict {
-    /// No difference beyond `within`, relative to the slope.
+    /// No difference larger than `within`, relative to the slope.
     Agrees {
-        /// The step at which the comparison was sharpest.
+        /// The step with the narrowest bounds.
         step: f64,
         within: f64,
     },
     /// A difference that neither noise nor the step explains.
     Differs { step: f64, by: f64 },
-    /// Too noisy, or steps too large, to tell.
+    /// Undecided: too much noise, or too large steps.
     Open {
         within: f64,
-        /// How many times the samples would resolve [`RESOLUTION`], if the noise falls with their root and the steps
-        /// allow it.
+        /// The factor on the number of samples that resolves [`RESOLUTION`], if the noise falls as 1/√samples
+        /// and the steps allow it.
         more: Option<f64>,
     },
-    /// Both are exactly 0, without any noise: there is nothing to compare.
+    /// Both estimates are exactly 0, without noise.
     Nothing,
 }
 
-/// Independent runs of each estimate.
+/// The number of independent runs of each estimate.
 pub(super) const RUNS: usize = 16;
 
-/// Standard errors that the mean of 16 runs may be off: more than that happens once in 900 means (Student's t
-/// with 15 degrees of freedom).
+/// Tolerance for the mean of 16 runs in standard errors: exceeded by one mean in 900 (Student's t with 15
+/// degrees of freedom).
 pub(super) const TOLERATED: f64 = 4.0;
 
-/// How often a verdict may say of a right gradient that it differs.
+/// The probability that a correct gradient gets the verdict [`Verdict::Differs`], at most.
 pub(super) const FALSE_ALARMS: f64 = 1.0 / 900.0;
 
-/// The part of the slope that a comparison must resolve to count as one.
+/// The relative difference that a comparison must resolve to be decided.
 pub(super) const RESOLUTION: f64 = 0.1;
 
-/// What chance may do in each of several comparisons, so that all of them together raise a false alarm once
-/// in 1/[`FALSE_ALARMS`].
+/// The tolerance of each of several comparisons, so that the probability of a false alarm in any of them is
+/// [`FALSE_ALARMS`].
 #[derive(Clone, Copy)]
 struct Tolerance {
-    /// In standard errors: Student's quantile for 16 runs, as one side may have all the noise.
+    /// In standard errors: Student's quantile for 16 runs, because one of the two estimates may have all the
+    /// noise.
     errors: f64,
-    /// ln(2/δ).
+    /// ln(2/δ), for the rule of three on both sides.
     logarithm: f64,
 }
 
@@ -166,9 +169,9 @@ impl Tolerance {
     }
 }
 
-/// Student's quantile of |t| for a mean of [`RUNS`] normal numbers.
+/// Student's quantile of |t| for the mean of [`RUNS`] normal numbers.
 ///
-/// With t = √ν tan φ Student's density is ~ cosᵛ⁻¹ φ.
+/// With t = √ν tan φ, Student's density in φ is proportional to cosᵛ⁻¹ φ.
 fn student(probability: f64) -> f64 {
     const FREEDOM: i32 = RUNS as i32 - 1;
     const NODES: usize = 4096;
@@ -176,7 +179,7 @@ fn student(probability: f64) -> f64 {
     let parts = (0..NODES).rev().map(|i| ((i as f64 + 0.5) * width).cos().powi(FREEDOM - 1));
     let whole: f64 = parts.clone().sum();
     let mut beyond = 0.0;
-    // From the end of the tail inwards.
+    // Sums from the tail inwards.
     let inner = parts.take_while(|part| {
         beyond += part;
         beyond <= probability * whole
@@ -185,7 +188,7 @@ fn student(probability: f64) -> f64 {
     f64::from(FREEDOM).sqrt() * angle.tan()
 }
 
-/// The verdict. The largest step is not compared itself: it says how far off the next one may be.
+/// The verdict. The largest step is not compared: it only bounds the error of the next one.
 pub(super) fn verdict(method: Estimate, slopes: &[Slope]) -> Verdict {
     let is_nothing = |e: Estimate| e.mean == 0.0 && e.error == 0.0;
     if is_nothing(method) && slopes.iter().all(|s| is_nothing(s.estimate)) {
@@ -194,7 +197,7 @@ pub(super) fn verdict(method: Estimate, slopes: &[Slope]) -> Verdict {
     let compared = || slopes.iter().filter(|s| !s.extrapolated.is_empty());
     let tolerance = Tolerance::of(compared().count().max(1));
     let bounds = |s: &Slope| s.bounds(method, tolerance, 1.0);
-    // Distance of the method from its bounds, in units of their width.
+    // The method's distance from its bounds, in units of their half-width.
     let outside = |s: &Slope| {
         let [low, high] = bounds(s);
         let beyond = low.max(-high);
@@ -213,7 +216,7 @@ pub(super) fn verdict(method: Estimate, slopes: &[Slope]) -> Verdict {
     if within <= RESOLUTION {
         return Verdict::Agrees { step: sharpest.step, within };
     }
-    // With more samples another step may be the best.
+    // With more samples another step may have the narrowest bounds.
     let more = compared().filter_map(|s| s.more(method, tolerance)).min_by(f64::total_cmp);
     Verdict::Open { within, more }
 }

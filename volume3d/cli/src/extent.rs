@@ -1,14 +1,15 @@
-//! Steps of finite differences that suit a scene and a change.
+//! Default steps of finite differences for a scene and a change.
 
 use glam::DVec3;
 use volume3d::gradient::{CameraTangent, ImplicitTangent, Tangent};
 use volume3d::scene::Scene;
 
-/// Fractions of the scene's size, of a radian, or of a unit of radiance, intensity, reflectance or roughness, by which the fastest
-/// parameter moves. Below the smallest, noise wins in most scenes; above the largest, the curvature does.
+/// How far the fastest parameter moves, as fractions of the scene's size, of a radian, or of a unit of
+/// radiance, intensity, reflectance or roughness. Below the smallest, noise dominates in most scenes; above
+/// the largest, the curvature does.
 const FRACTIONS: [f64; 4] = [1e-2, 3e-3, 1e-3, 3e-4];
 
-/// Steps from large to small, at which no parameter moves by more than [`FRACTIONS`] of its scale.
+/// Steps from large to small: the fastest parameter moves by [`FRACTIONS`] of its scale.
 pub(super) fn steps(scene: &Scene, change: &Tangent) -> Vec<f64> {
     let fastest = |rates: &[DVec3]| rates.iter().map(|r| r.length()).fold(0.0, f64::max);
     let size = size(scene);
@@ -45,12 +46,12 @@ pub(super) fn steps(scene: &Scene, change: &Tangent) -> Vec<f64> {
     FRACTIONS.map(|f| f * scale).to_vec()
 }
 
-/// The same after one that is three times as large, unless that leads out of a parameter's range where the
-/// others do not: it says how far off the next is for its step.
+/// [`steps`], preceded by a step three times as large, which bounds the error of the next one. That step is
+/// left out if it leads out of a parameter's range and the others do not.
 pub(super) fn steps_after_a_larger(scene: &Scene, change: &Tangent) -> Vec<f64> {
     let mut steps = steps(scene, change);
     let larger = 3.0 * steps[0];
-    // At a bound both are one-sided.
+    // At a bound of the range all steps are one-sided.
     let is_within = |step| change.displaced(scene, step).is_ok();
     if [1.0, -1.0].iter().all(|sign| is_within(sign * larger) || !is_within(sign * steps[0])) {
         steps.insert(0, larger);
@@ -58,7 +59,7 @@ pub(super) fn steps_after_a_larger(scene: &Scene, change: &Tangent) -> Vec<f64> 
     steps
 }
 
-/// The diagonal of the box around all positions; 1 if there is none.
+/// The diagonal of the bounding box of all positions; 1 if there are none.
 fn size(scene: &Scene) -> f64 {
     let positions = || scene.description().shapes.iter().flat_map(|s| s.mesh.positions());
     let low = positions().fold(DVec3::INFINITY, |a, &b| a.min(b));

@@ -1,23 +1,23 @@
-//! Kinds of files passed in place of another kind, and the commands that accept them.
+//! Recognises files of the wrong kind, and names the command that accepts them.
 
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, anyhow, bail};
 use volume3d::io::read_bytes;
 
-/// Kinds of files that are mistaken for one another.
+/// Kinds of files that users confuse.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// Text that begins as XML does.
+    /// Text that begins like XML.
     Scene,
-    /// A mesh in a format that is read.
+    /// A mesh in a supported format.
     Mesh,
-    /// A mesh in another format.
+    /// A mesh in an unsupported format.
     ForeignMesh,
     Picture,
     /// The configuration of a fit.
     Configuration,
-    /// Signed distances or a network, which a scene names.
+    /// A grid of signed distances or a network, which a scene refers to.
     Surface,
     Array,
     /// Text in UTF-16, as some editors save it.
@@ -26,7 +26,7 @@ pub(super) enum Kind {
     Unknown,
 }
 
-/// Endings of names, in small letters; `.gz` after them does not count.
+/// File name extensions in lower case; a `.gz` after them is ignored.
 const ENDINGS: [(Kind, &[&str]); 6] = [
     (Kind::Mesh, &["obj", "ply", "serialized"]),
     (
@@ -48,7 +48,7 @@ const ENDINGS: [(Kind, &[&str]); 6] = [
     (Kind::Array, &["npy", "npz", "csv"]),
 ];
 
-/// First bytes of files whose names say nothing.
+/// First bytes of files without a known extension.
 const BEGINNINGS: [(Kind, &[u8]); 8] = [
     (Kind::Picture, b"\x76\x2f\x31\x01"),
     (Kind::Picture, b"\x89PNG"),
@@ -74,7 +74,7 @@ impl Kind {
         let name = name.strip_suffix(".gz").unwrap_or(&name);
         let ending = name.rsplit_once('.').map_or("", |(_, ending)| ending);
         let by_name = ENDINGS.iter().find(|(_, endings)| endings.contains(&ending)).map(|(kind, _)| *kind);
-        // Formats of meshes and pictures may be XML.
+        // Some formats of meshes and pictures are XML.
         if text.starts_with(b"<") && !["dae", "x3d", "svg"].contains(&ending) {
             return Self::Scene;
         }
@@ -84,10 +84,10 @@ impl Kind {
     }
 }
 
-/// The advice for a text that an editor saved in UTF-16.
+/// Advice for text in UTF-16.
 const UTF16: &str = "is text in UTF-16: save it as UTF-8";
 
-/// Reads the file of a scene; what is something else is refused with the command that takes it.
+/// Reads a scene file. The error for a file of another kind names the command that accepts it.
 pub(super) fn read_scene_file(path: &Path) -> anyhow::Result<Vec<u8>> {
     let shown = path.display();
     if path.is_dir() {
@@ -100,29 +100,29 @@ pub(super) fn read_scene_file(path: &Path) -> anyhow::Result<Vec<u8>> {
         Kind::Scene => return Ok(bytes),
         Kind::Mesh => format!("is a mesh, not a scene: `volume3d new {word}` writes a scene for it"),
         Kind::ForeignMesh => {
-            "is a mesh in a format that is not read: save it as OBJ or PLY, and `volume3d new` writes a scene for it"
+            "is a mesh in an unsupported format: save it as OBJ or PLY, and `volume3d new` writes a scene for it"
                 .to_owned()
         }
-        Kind::Picture => "is a picture, not a scene: give a scene (.xml); a picture is the target of a fit, which \
-                          `volume3d fit --example` shows"
+        Kind::Picture => "is a picture, not a scene: give a scene (.xml); pictures are targets of a fit, see \
+                          `volume3d fit --example`"
             .to_owned(),
         Kind::Configuration => {
             format!("is the configuration of a fit, not a scene: `volume3d fit {word} -o run` runs it")
         }
-        Kind::Surface => "is an implicit surface, not a scene: a scene names it, as <shape type=\"sdfgrid\"> or \
+        Kind::Surface => "is an implicit surface, not a scene: a scene refers to it by <shape type=\"sdfgrid\"> or \
                           <shape type=\"sdfnetwork\">"
             .to_owned(),
         Kind::Array => "is an array, not a scene: give a scene (.xml)".to_owned(),
         Kind::Utf16 => UTF16.to_owned(),
         Kind::Empty => "is empty; a scene begins with <scene version=\"3.0.0\">".to_owned(),
-        Kind::Unknown => "is no scene, which is Mitsuba's XML and begins with <scene version=\"3.0.0\">; `volume3d new MESH` \
-                          writes one"
+        Kind::Unknown => "is not a scene: a scene is Mitsuba XML and begins with <scene version=\"3.0.0\">; \
+                          `volume3d new MESH` writes one"
             .to_owned(),
     };
     bail!("{shown} {is}")
 }
 
-/// Reads the configuration of a fit in the same way.
+/// Reads the configuration of a fit. The error for a file of another kind says what to do instead.
 pub(super) fn read_configuration(path: &Path) -> anyhow::Result<String> {
     let shown = path.display();
     if path.join("state.bin").is_file() {
@@ -133,7 +133,7 @@ pub(super) fn read_configuration(path: &Path) -> anyhow::Result<String> {
     }
     let bytes = read_bytes(path).with_context(|| format!("cannot read {shown}"));
     let bytes = bytes.map_err(|e| anyhow!("{e:#}"))?;
-    const EXAMPLE: &str = "`volume3d fit --example > fit.toml` writes one that can be changed";
+    const EXAMPLE: &str = "`volume3d fit --example > fit.toml` writes one to start from";
     match Kind::of(path, &bytes) {
         Kind::Configuration | Kind::Unknown | Kind::Empty => {}
         Kind::Mesh => {
@@ -156,8 +156,8 @@ pub(super) fn read_configuration(path: &Path) -> anyhow::Result<String> {
     })
 }
 
-/// That a file named by a key of a configuration is there, or what is in its folder. `key` says which, in
-/// words.
+/// Checks that a file named by a key of a configuration exists. The error suggests a similar name in its
+/// folder. `key` names the key in messages.
 pub(super) fn check_there(path: &Path, key: &str) -> anyhow::Result<()> {
     if path.exists() && !path.is_dir() {
         return Ok(());
@@ -169,7 +169,7 @@ pub(super) fn check_there(path: &Path, key: &str) -> anyhow::Result<()> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let whole = folder.canonicalize().map_err(|_| {
         anyhow!(
-            "{key} = \"{shown}\": there is no folder {}; paths are from the folder of the configuration",
+            "{key} = \"{shown}\": there is no folder {}; paths are relative to the folder of the configuration",
             folder.display()
         )
     })?;
@@ -177,14 +177,14 @@ pub(super) fn check_there(path: &Path, key: &str) -> anyhow::Result<()> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().filter_map(Result::ok);
     let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
     let distance = |found: &str| strsim::osa_distance(&wanted.to_lowercase(), &found.to_lowercase());
-    // The files of a folder have no order of their own.
+    // The order of files in a folder is unspecified, so ties are broken by name.
     let near =
         names.min_by_key(|found| (distance(found), found.clone())).filter(|found| distance(found) <= 3);
     let near = near.map_or(String::new(), |found| format!("; did you mean {found}?"));
     bail!("{key} = \"{shown}\": there is no {wanted} in {}{near}", whole.display())
 }
 
-/// The files of a folder that may have been meant.
+/// Names up to three files of a folder with an extension.
 fn among(folder: &Path, ending: &str) -> String {
     const SHOWN: usize = 3;
     let entries = std::fs::read_dir(folder).into_iter().flatten().filter_map(Result::ok);

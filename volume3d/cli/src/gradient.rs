@@ -24,23 +24,28 @@ use super::spp::check_error_exists;
 use super::summary::{INTERIOR, NOTHING_SEEN, outlier, root_mean_square, totals};
 use super::{contact, reverse};
 
-/// Differentiates an image along a change (--move), or a loss by parameters (--adjoint with --wrt).
+/// Differentiates an image along a change (--move), or a loss with respect to parameters (--adjoint, --wrt).
 ///
-/// Forward: an image of dI/dθ, linear RGB per unit of θ, where θ goes along all --move at once.
+/// Forward mode: the image dI/dθ, in linear RGB per unit of θ; all --move depend on the same θ.
 ///
-/// Reverse: for a loss L of the image I with the adjoint image ∂L/∂I, the derivative ∂L/∂p = Σ ∂L/∂I · ∂I/∂p over all
-/// pixels and channels, for every parameter p named by --wrt, from one run.
+/// Reverse mode: the derivatives ∂L/∂p = Σ ∂L/∂I · ∂I/∂p of a loss L of the image I, summed over pixels and
+/// channels, for every parameter p given by --wrt, from one run. --adjoint is the image ∂L/∂I.
 ///
-/// By default a pilot of few samples chooses between two unbiased methods and splits their samples, see --method; it says what it
-/// chose. --method warped-area is always the same field, and --spp its samples.
+/// By default a pilot run with few samples chooses between two unbiased methods and splits the samples
+/// between their parts; a line says what it chose (see --method). With --method warped-area, the field is
+/// always the exact mean, and --spp is the number of its samples.
 ///
-/// With the same --seed, --spp and --method, forward and reverse are transposes of one another to rounding (edge
-/// sampling if all shapes of --wrt move; not what a pilot chooses for each). If a shape or the camera moves in a scene
-/// that has an ideal mirror or a light without extent, or such a light moves that casts a shadow, that is refused, as no warp sees its jumps; --method
-/// finite-difference takes it, and so does --allow-missing, with which edge sampling leaves those jumps out and says so.
+/// With the same --seed, --spp and --method, forward and reverse mode are transposes of each other up to
+/// rounding (for edge sampling if all shapes of --wrt move; not with a pilot, which chooses for each).
 ///
-/// A WARNING is printed where one sample carries 2% of the sum of |gradient| or more (of pixels, or in reverse of
-/// positions), and 256 times its share: then tails are heavy, as in penumbrae of small lights, and standard errors too small more often than not.
+/// Refused: moving shapes or a moving camera in a scene with an ideal mirror or a light without extent, and
+/// moving such a light if it casts shadows, because no warp sees these discontinuities. --method
+/// finite-difference supports such scenes. --allow-missing uses edge sampling, leaves out these
+/// discontinuities and says so.
+///
+/// A WARNING says that one sample carries at least 2% of the sum of |gradient| (over pixels; in reverse mode
+/// over positions) and at least 256 times its share. Then the distribution has heavy tails, as in penumbrae
+/// of small lights, and standard errors are more often too small than not.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub(super) struct Options {
@@ -48,66 +53,69 @@ pub(super) struct Options {
     scene: SceneOptions,
     #[command(flatten)]
     moves: Moves,
-    /// Reverse mode: the image ∂L/∂I as .exr or .npy (height × width × 3), of the film's size.
+    /// Reverse mode: the image ∂L/∂I as .exr or .npy (height × width × 3), in the size of the film.
     #[arg(long, value_name = "ADJ.exr", requires = "parameters", conflicts_with_all = ["moves", "png", "standard_error", "block_errors", "image", "terms"])]
     adjoint: Option<PathBuf>,
-    /// Reverse mode: a parameter. May be repeated, and -o then names a folder.
+    /// Reverse mode: a parameter. May be repeated; then -o is a folder.
     ///
+    ///   parameter                shape of its array
     ///   SHAPE.vertex_positions   (vertices of its file, 3); see below
-    ///   SHAPE.sdf                (its parameters), of an implicit surface
-    ///   THING.translation        (3), of all of it as a whole
-    ///   THING.rotation           (3), radians about the world's axes through the mean of its
-    ///                            vertices, or where a light or implicit surface stands
-    ///   THING.scale              a number, about the mean of its vertices
+    ///   SHAPE.sdf                (parameters), implicit surfaces
+    ///   THING.translation        (3)
+    ///   THING.rotation           (3), radians about the world's axes, through the mean of the
+    ///                            vertices or the position of a light or implicit surface
+    ///   THING.scale              number, relative to the mean of the vertices
     ///   SHAPE.radiance           (3)
-    ///   SHAPE.radiance_texture   (height, width, 3), of what it emits
-    ///   LIGHT.radiance           (3), of a constant environment
-    ///   LIGHT.intensity          (3), of a point light
-    ///   LIGHT.irradiance         (3), of a directional light
-    ///   LIGHT.texture            (height, width, 3), of an environment map, a spot or a projector
+    ///   SHAPE.radiance_texture   (height, width, 3), texture of the emitted radiance
+    ///   LIGHT.radiance           (3), constant environment
+    ///   LIGHT.intensity          (3), point light
+    ///   LIGHT.irradiance         (3), directional light
+    ///   LIGHT.texture            (height, width, 3), environment map, spot or projector
     ///   MATERIAL.reflectance     (3)
-    ///   MATERIAL.roughness       a number
-    ///   MATERIAL.texture         (height, width, 3), linear, over all who share it
+    ///   MATERIAL.roughness       number
+    ///   MATERIAL.texture         (height, width, 3), linear; the sum over all materials that
+    ///                            share the texture
     ///   MATERIAL.roughness_texture, MATERIAL.metallic_texture
-    ///                            (height, width, 3), of which the luminance counts
-    ///   camera.translation       (3), of its origin
-    ///   camera.rotation          (3), radians about the world's axes through its origin, or the middle of an
-    ///                            orthographic sensor
-    ///   camera.fov               a number, per radian, horizontal; not of an orthographic sensor
+    ///                            (height, width, 3); the renderer uses the luminance
+    ///   camera.translation       (3), of the origin
+    ///   camera.rotation          (3), radians about the world's axes, through the origin or the
+    ///                            centre of an orthographic sensor
+    ///   camera.fov               number, per radian, horizontal; not for orthographic sensors
     ///
-    /// THING is a shape; an implicit surface, a point light, a spot, a projector, a directional
-    /// light or an environment map, as far as it can move; an instance or a group of shapes;
-    /// `all`, which is all geometry; or `lights`, which is everything that emits.
-    /// One number of each vector or colour is a parameter, too: SHAPE.translation.x,
+    /// THING is a shape, instance or group of shapes; an implicit surface; a point light, spot,
+    /// projector, directional light or environment map, as far as it can move; `all`, which is
+    /// all geometry; or `lights`, which is all emitters.
+    /// A component of a vector or colour is a parameter, too: SHAPE.translation.x,
     /// SHAPE.vertex_positions.y, SHAPE.radiance.r.
-    /// Vertices of a file at one place move together. Each of them has the derivative by
-    /// that place: the whole, not a share.
+    /// Vertices of a file that share a position move together; each has the full derivative
+    /// with respect to that position, not a share of it.
     #[arg(long = "wrt", value_name = "WHAT.PARAMETER", requires = "adjoint", verbatim_doc_comment)]
     parameters: Vec<Name>,
-    /// The gradient. Forward: an image, .exr, .npy or .png. Reverse: .npy (float64), or an existing folder, into
-    /// which every --wrt is written as WHAT.PARAMETER.npy.
+    /// The gradient. Forward mode: an image (.exr, .npy or .png). Reverse mode: an array (.npy, float64), or
+    /// an existing folder, which gets a file WHAT.PARAMETER.npy for every --wrt.
     #[arg(short, long, value_name = "GRAD.exr")]
     output: PathBuf,
-    /// The standard error of every pixel of the gradient, from 8 independent groups of samples (as many as there are samples if
-    /// these are fewer). Pixels have noise in
-    /// common, so that the error of a sum of pixels does not follow from theirs: it is printed for the whole image, and
-    /// --stderr-blocks has it for blocks.
+    /// The standard error of each pixel of the gradient, from 8 independent groups of samples (fewer if there
+    /// are fewer samples). Errors of pixels are correlated, so they do not give the error of a sum of pixels:
+    /// that of the whole image is printed, and --stderr-blocks writes that of blocks.
     #[arg(long = "stderr", value_name = "ERR.exr")]
     standard_error: Option<PathBuf>,
-    /// The standard error of the mean over every block of 8 × 8 pixels, an image with a pixel for each block.
+    /// The standard error of the mean of each block of 8 × 8 pixels, as an image with one pixel per block.
     #[arg(long = "stderr-blocks", value_name = "ERR.exr")]
     block_errors: Option<PathBuf>,
-    /// The image itself, from the gradient's samples of the area, which a pilot may have made few: its noise is that of so many. With
-    /// --method warped-area it has all of --spp, and is the same whatever moves. An adjoint for a reverse run at
-    /// this --seed must not be computed from it, as a product of both would be biased: take that of `volume3d render`.
+    /// The rendered image, from the gradient's area samples. A pilot may leave few of these, and the image is
+    /// noisy accordingly; with --method warped-area they are all of --spp, and the image does not depend on
+    /// --move. Do not compute the adjoint of a reverse run with the same --seed from it, because their
+    /// product would be biased: use the image of `volume3d render`.
     #[arg(long, value_name = "IMG.exr")]
     image: Option<PathBuf>,
-    /// Writes the terms of the sum apart: PREFIX_interior.exr (all jumps stand still), PREFIX_primary.exr (jumps move
-    /// on the film) and PREFIX_secondary.exr (shadows, reflections).
+    /// Writes the terms of the gradient separately: PREFIX_interior.exr (the interior term),
+    /// PREFIX_primary.exr (discontinuities that move on the film) and PREFIX_secondary.exr (shadows,
+    /// reflections).
     #[arg(long, value_name = "PREFIX")]
     terms: Option<String>,
-    /// A picture of the gradient: the mean of the channels, blue negative, white zero, red positive. Every .exr of --terms
-    /// and --stderr gets one beside it as well.
+    /// A picture of the gradient: the mean of the channels, blue negative, white zero, red positive. Each
+    /// .exr of --terms and --stderr gets a .png of the same name, too.
     #[arg(long, value_name = "GRAD.png")]
     png: Option<PathBuf>,
     #[command(flatten)]
@@ -141,7 +149,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
             error(ErrorKind::MissingRequiredArgument, "say what changes: --move, or --adjoint with --wrt")
         }
         None if options.terms.is_some() && options.method.is_finite_difference() => {
-            error(ErrorKind::ArgumentConflict, "finite differences do not tell --terms apart")
+            error(ErrorKind::ArgumentConflict, "finite differences have no --terms")
         }
         None => forward(options),
         Some(_) if options.method.is_finite_difference() => {
@@ -159,7 +167,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     }
 }
 
-/// What a forward gradient writes, each file where it is asked for.
+/// The output files of forward mode; those that were not requested are empty.
 struct Outputs {
     gradient: Vec<Output>,
     standard_error: Vec<Output>,

@@ -14,13 +14,13 @@ use super::lint;
 use super::report::{Outcome, Report, usage};
 use super::session::{Loaded, SceneOptions};
 
-/// Lists what a scene is made of, and what may surprise: ids for --move and --wrt, sizes and boxes around shapes, and what
-/// a linter finds in their meshes.
+/// Lists the contents of a scene: ids for --move and --wrt, sizes, bounding boxes, and the findings of
+/// `lint`.
 #[derive(Args, Debug)]
 pub(super) struct Options {
     #[command(flatten)]
     scene: Option<SceneOptions>,
-    /// Lists what is read of the format of scenes, in place of a scene.
+    /// Lists the supported part of the scene format instead of a scene.
     #[arg(long, exclusive = true)]
     support: bool,
 }
@@ -47,7 +47,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     if !notes.is_empty() {
         let _ = writeln!(
             text,
-            "notes: {}, of what was read in another way than it may have been meant",
+            "notes: {}, about parts of the file that may be read differently than intended",
             notes.len()
         );
         notes.iter().for_each(|note| text += &format!("  {note}\n"));
@@ -73,13 +73,13 @@ fn camera(text: &mut String, scene: &Scene) {
     if principal_point != DVec2::ZERO || pixel_aspect != 1.0 {
         let _ = write!(
             text,
-            ", axis {principal_point} of the film's size beside its middle, f_y/f_x {pixel_aspect}"
+            ", principal point {principal_point} of the film's size from its centre, f_y/f_x {pixel_aspect}"
         );
     }
     if let Some(Lens { radius, focus_distance }) = lens {
         let _ = write!(text, ", a lens of radius {radius} in focus at {focus_distance}");
     }
-    let hidden = if d.hide_emitters { "; what emits is not seen" } else { "" };
+    let hidden = if d.hide_emitters { "; emitters are hidden" } else { "" };
     let _ = writeln!(text, "; path length {depth}{hidden}");
 }
 
@@ -101,10 +101,10 @@ fn shapes(text: &mut String, d: &Description) {
     }
 }
 
-/// What moves as one.
+/// Instances and groups, whose members move together.
 fn instances(text: &mut String, d: &Description) {
     if !d.instances.is_empty() {
-        let _ = writeln!(text, "instances and groups, which move as one: {}", d.instances.len());
+        let _ = writeln!(text, "instances and groups, whose members move together: {}", d.instances.len());
     }
     for instances in &d.instances {
         let shapes = instances.shapes.iter().map(|&shape| &d.shapes[shape].id);
@@ -114,7 +114,7 @@ fn instances(text: &mut String, d: &Description) {
     }
 }
 
-/// Implicit surfaces, of what they are made, and how.
+/// Implicit surfaces with their representation.
 fn implicits(text: &mut String, d: &Description) {
     if !d.implicits.is_empty() {
         let _ = writeln!(text, "implicit surfaces: {}", d.implicits.len());
@@ -130,7 +130,7 @@ fn implicits(text: &mut String, d: &Description) {
         } else if let Some(baked) = surface.downcast::<Baked>() {
             format!("network of {} weights, on {}", surface.dimension(), grid(baked.grid()))
         } else if let Some(guided) = surface.downcast::<Guided>() {
-            format!("network of {} weights, found by {}", surface.dimension(), grid(guided.baked().grid()))
+            format!("network of {} weights, traced with {}", surface.dimension(), grid(guided.baked().grid()))
         } else {
             format!("{} parameters", surface.dimension())
         };
@@ -179,7 +179,7 @@ fn materials(text: &mut String, d: &Description) {
 
 fn media(text: &mut String, d: &Description) {
     if !d.media.is_empty() {
-        let _ = writeln!(text, "media: {}, seen by images and finite differences only", d.media.len());
+        let _ = writeln!(text, "media: {}, supported by images and finite differences only", d.media.len());
     }
     for Medium { id, extinction, albedo, asymmetry } in &d.media {
         let _ = writeln!(text, "  `{id}`: extinction {extinction}, albedo {albedo}, mean cosine {asymmetry}");
@@ -189,7 +189,7 @@ fn media(text: &mut String, d: &Description) {
 fn lights(text: &mut String, d: &Description) {
     let emitters = d.shapes.iter().filter(|s| s.radiance.is_some()).count();
     let count = emitters + d.lights.len() + usize::from(d.environment.is_some());
-    let _ = writeln!(text, "lights: {count}, {emitters} of them shapes");
+    let _ = writeln!(text, "emitters: {count}, {emitters} of them shapes");
     for light in &d.lights {
         let _ = match light {
             Light::Point { id, position, intensity } => {
@@ -221,7 +221,7 @@ fn lights(text: &mut String, d: &Description) {
     };
 }
 
-/// Where surfaces pass through one another. Derivatives follow these curves like edges.
+/// The curves in which surfaces intersect. Derivatives follow them like edges.
 fn crossings(text: &mut String, scene: &Scene) {
     let counts = scene.crossing_shapes();
     if counts.is_empty() {
@@ -237,12 +237,15 @@ fn crossings(text: &mut String, scene: &Scene) {
     }
 }
 
-/// What may surprise, in meshes and for geometric derivatives.
+/// The findings of `lint`, without advice.
 fn findings(text: &mut String, scene: &Scene) {
     let found = lint::findings(scene);
     let count = if found.is_empty() { "none".to_owned() } else { found.len().to_string() };
-    let _ =
-        writeln!(text, "findings: {count}{}", if found.is_empty() { "" } else { "; `lint` says what to do" });
+    let _ = writeln!(
+        text,
+        "findings: {count}{}",
+        if found.is_empty() { "" } else { "; see `volume3d lint` for advice" }
+    );
     for finding in found {
         let _ = writeln!(text, "  {}", finding.what);
     }

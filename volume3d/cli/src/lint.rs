@@ -12,12 +12,14 @@ use super::movement::{Moves, change};
 use super::report::{Outcome, Report};
 use super::session::SceneOptions;
 
-/// Names what will hurt gradients of a scene by geometry, shape by shape, and says what to do about it.
+/// Lists problems of a scene for gradients with respect to geometry, shape by shape, with advice.
 ///
-/// With --move it is asked about the gradient by that motion, and says what `gradient` says of it. Without,
-/// what lies upon something else is a hint: it may slide, and is wrong only where it parts.
+/// With --move, the findings are those for the gradient along that motion: the refusals and warnings of
+/// `volume3d gradient`. Without --move, surfaces in contact are only hints, because gradients are wrong only
+/// where they separate, not where they slide.
 ///
-/// Exit status 1 if something makes them wrong or has them refused; 0 if there are hints only, or nothing.
+/// Exit status: 1 if a finding makes gradients wrong or has them refused; 0 if there are only hints or no
+/// findings.
 #[derive(Args, Debug)]
 pub(super) struct Options {
     #[command(flatten)]
@@ -26,13 +28,13 @@ pub(super) struct Options {
     moves: Moves,
 }
 
-/// Something that hurts gradients, or may.
+/// A problem, or a possible one, for gradients.
 pub(super) struct Finding {
-    /// Whether gradients are wrong or refused, and not only noisy or a surprise.
+    /// Whether gradients are wrong or refused; otherwise it is a hint.
     pub(super) grave: bool,
-    /// What it is, and where.
+    /// The problem and its place.
     pub(super) what: String,
-    /// What to do.
+    /// Advice.
     pub(super) advice: &'static str,
 }
 
@@ -51,15 +53,15 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     }
     let _ = match (found.len(), grave) {
         (0, _) => writeln!(text, "nothing found"),
-        (hints, 0) => writeln!(text, "{hints} hints, nothing that makes gradients wrong"),
+        (hints, 0) => writeln!(text, "{hints} hints, no finding that makes gradients wrong"),
         (all, grave) => {
-            writeln!(text, "{grave} of {all} findings make gradients by geometry wrong, or refused")
+            writeln!(text, "{grave} of {all} findings make gradients by geometry wrong or refused")
         }
     };
     Ok(Report { text, outcome: if grave > 0 { Outcome::Bad } else { Outcome::Good } })
 }
 
-/// All findings in a scene whose shapes may all move, grave ones first.
+/// All findings for a scene in which any shape may move.
 pub(super) fn findings(scene: &Scene) -> Vec<Finding> {
     let d = scene.description();
     let mut found = vec![];
@@ -71,10 +73,10 @@ pub(super) fn findings(scene: &Scene) -> Vec<Finding> {
     }));
     found.extend(d.lights.iter().filter(|l| l.is_delta()).map(|l| Finding {
         grave: true,
-        what: format!("light `{}` has no extent: its shadows jump where no warp sees it", l.id()),
+        what: format!("light `{}` has no extent: no warp sees the discontinuities of its shadows", l.id()),
         advice: match l {
             Light::Point { .. } | Light::Spot { .. } | Light::Projector { .. } => {
-                "put a small shape that emits in its place, or take --method finite-difference"
+                "replace it by a small emitting shape, or take --method finite-difference"
             }
             Light::Directional { .. } => "give it a finite kappa, or take --method finite-difference",
         },
@@ -86,12 +88,11 @@ pub(super) fn findings(scene: &Scene) -> Vec<Finding> {
     found
 }
 
-/// Advice for shapes in contact that may move.
+/// Advice for shapes in contact, without --move.
 const MAY_PART: &str =
-    "move one of them a little, unless they only slide over one another: lint tells of a motion, with --move";
+    "move one of them a little, unless they only slide: lint with --move checks a given motion";
 
-/// All of the gradient of a scene by a motion, what is grave first: what makes `gradient` refuse, and what it
-/// warns of.
+/// The findings for the gradient along a change: refusals first, then warnings and hints.
 fn findings_of(scene: &Scene, change: &Tangent) -> Vec<Finding> {
     let grave = |what: String, advice| Finding { grave: true, what, advice };
     let refused = unsupported(scene, change);
@@ -109,7 +110,7 @@ fn findings_of(scene: &Scene, change: &Tangent) -> Vec<Finding> {
     found
 }
 
-/// Advice for edges on borders of pixels.
+/// Advice for edges on pixel borders.
 const ASIDE: &str = "move the camera a little, or take another filter";
 
 /// Meshes whose coordinates are too coarse.
@@ -118,7 +119,7 @@ fn too_coarse(scene: &Scene) -> impl Iterator<Item = Finding> {
     all.map(|mesh| Finding { grave: true, what: coarse(scene.description(), &mesh), advice: NEARER })
 }
 
-/// Advice for a refusal, beside its own words.
+/// Advice for a refusal.
 fn otherwise(jumps: &Unsupported) -> &'static str {
     match jumps.missing() {
         Some(
@@ -127,13 +128,15 @@ fn otherwise(jumps: &Unsupported) -> &'static str {
             | Missing::Mirror
             | Missing::Transmission
             | Missing::Relief,
-        ) => "--method finite-difference takes it, and so does --allow-missing, which leaves it out",
+        ) => {
+            "take --method finite-difference, or --allow-missing, which leaves out this part of the derivative"
+        }
         _ if *jumps == Unsupported::FieldOfView => "leave that motion out",
-        _ => "--method finite-difference takes it",
+        _ => "take --method finite-difference",
     }
 }
 
-/// Surfaces that pass through implicit surfaces.
+/// Intersections with implicit surfaces.
 fn crossed(scene: &Scene) -> impl Iterator<Item = Finding> {
     let all = scene.implicit_crossings().into_iter();
     all.map(|crossing| Finding {
@@ -143,7 +146,7 @@ fn crossed(scene: &Scene) -> impl Iterator<Item = Finding> {
     })
 }
 
-/// A scene without light.
+/// A finding if the scene has no emitter.
 fn unlit(scene: &Scene) -> Option<Finding> {
     let d = scene.description();
     let lit =
@@ -152,66 +155,74 @@ fn unlit(scene: &Scene) -> Option<Finding> {
     (!lit).then_some(Finding { grave: true, what, advice: "add an emitter" })
 }
 
-/// What no warp sees because of a shape's material.
+/// A finding if a material has discontinuities that no warp sees.
 fn unseen(shape: &Shape, material: &Material) -> Option<Finding> {
     let finding = |what: String, advice| Some(Finding { grave: true, what, advice });
     let id = &shape.id;
     if material.bsdf.transmits() || material.opacity.is_some() {
-        let what = format!("light passes shape `{id}`: what moves behind it jumps where no warp sees it");
+        let what = format!("shape `{id}` transmits light: no warp sees discontinuities behind it");
         return finding(what, "give it another material, or take --method finite-difference");
     }
     if material.bsdf.is_mirror() {
         let what = format!(
-            "shape `{id}` reflects as an ideal mirror: what moves in its image jumps where no warp sees it"
+            "shape `{id}` reflects as an ideal mirror: no warp sees discontinuities of its reflection"
         );
         return finding(what, "give it a roughness, or take --method finite-difference");
     }
     if material.relief.is_some() {
-        let what = format!("a texture tilts the normals of shape `{id}`, whose jumps no warp sees");
+        let what = format!("shape `{id}` has a bump or normal map: no warp sees its discontinuities");
         return finding(what, "leave out the bump or normal map, or take --method finite-difference");
     }
     None
 }
 
-/// So many creases are hardly meant.
+/// Creases beyond this number are probably not intended.
 const MANY_CREASES: usize = 1000;
 
 fn faults(shape: &Shape, found: &mut Vec<Finding>) {
     let MeshFaults { borders, non_manifold, turned, zero_area, duplicated, unused, creases } =
         MeshFaults::of(&shape.mesh);
     let all = [
-        (borders, "border edges (silhouettes from everywhere)", "close the mesh if a solid is meant"),
+        (
+            borders,
+            "border edges (silhouettes from everywhere)",
+            "close the mesh if it is meant to be a solid",
+        ),
         (
             non_manifold,
             "edges of more than two triangles (silhouettes from everywhere)",
-            "part the sheets that meet there, if they are not meant to",
+            "separate the sheets that meet there, unless they are meant to",
         ),
         (
             turned,
             "edges between triangles that face opposite ways (silhouettes from everywhere)",
-            "turn the triangles one way; a back that is not two-sided is black",
+            "orient the triangles alike; the back of a one-sided material is black",
         ),
-        (zero_area, "triangles of zero area (never hit)", "remove them: none sees a motion that opens them"),
+        (
+            zero_area,
+            "triangles of zero area (never hit)",
+            "remove them: gradients miss motions that give them an area",
+        ),
         (
             duplicated,
-            "vertices at the place of others (made one)",
-            "expect them to move together, by one derivative",
+            "vertices at the position of others (merged)",
+            "expect them to move together, with one derivative",
         ),
         (unused, "vertices without a triangle (zero gradient)", "remove them, or expect zeros"),
     ];
     let contrary = shape.mesh.turned_normals();
     if contrary > 0 {
         let what = format!(
-            "shape `{}`: {contrary} triangles have vertex normals that point to their backs",
+            "shape `{}`: {contrary} triangles have vertex normals that point to their back sides",
             shape.id
         );
-        let advice = "turn the triangles or the normals: light is emitted from the front of triangles";
+        let advice = "flip the triangles or the normals: triangles emit light from their front sides";
         found.push(Finding { grave: false, what, advice });
     }
     let many = (creases.count > MANY_CREASES).then_some((
         creases,
-        "edges at which flat shading jumps",
-        "give the mesh normals if it is meant to be smooth: every jump costs time and noise",
+        "creases, edges at which flat shading is discontinuous",
+        "give the mesh normals if it is meant to be smooth: every crease costs time and adds noise",
     ));
     for (fault, what, advice) in all.into_iter().chain(many) {
         if let Some(example) = fault.example {

@@ -1,4 +1,4 @@
-//! The command line `volume3d`: one file for each command, and the files that they share.
+//! The command line `volume3d`: one file per command, and shared files.
 
 mod budget;
 mod check;
@@ -38,11 +38,12 @@ use clap::{CommandFactory, Parser, Subcommand};
 
 use report::Usage;
 
-/// Renders Mitsuba 3 scenes and differentiates the images with respect to geometry, camera, lights and materials,
-/// without bias: by warped-area sampling or edge sampling, between which a pilot of few samples chooses by default. The field of
-/// warped area is made of the edges near a direction, which are listed once; --field rays lists none.
+/// Renders Mitsuba 3 scenes and differentiates the images with respect to geometry, camera, lights and
+/// materials. The default methods are unbiased: a pilot run with few samples chooses between warped-area
+/// sampling and edge sampling. Warped-area sampling computes its warp field from a list of the scene's edges,
+/// or with --field rays from auxiliary rays.
 #[derive(Debug, Parser)]
-#[command(version, after_long_help = EXAMPLES)]
+#[command(name = "volume3d", version, after_long_help = EXAMPLES)]
 struct Options {
     #[command(subcommand)]
     command: Command,
@@ -73,10 +74,9 @@ Examples:
   volume3d tune scene.xml --move box:translate:1,0,0 --seconds 10
   volume3d sdf bunny.obj -o bunny.vol --resolution 64
 
-Exit status: 0 if all went well; 1 if a file, a scene or a request cannot be dealt with, a check \
-fails or a result is not finite; 2 if the command line cannot be understood; 3 if noise leaves a check open; 130 after Ctrl-C, 143 after SIGTERM, 129 after \
-SIGHUP. An output file is at every moment \
-what it was before, or complete.";
+Exit status: 0: success; 1: a file, a scene or a request is invalid, a check fails, or a result is not \
+finite; 2: the command line is invalid; 3: noise leaves a check undecided; 130: Ctrl-C; 143: SIGTERM; \
+129: SIGHUP. Output files are replaced atomically: at any time a file has its old contents or is complete.";
 
 fn main() -> ExitCode {
     let done = match Options::parse().command {
@@ -90,15 +90,15 @@ fn main() -> ExitCode {
         Command::Fit(options) => fit::run(&options),
         Command::Sdf(options) => sdf::run(&options),
     };
-    // The last message is printed once.
+    // From here on a signal does not end the program, so that the last message is printed once.
     let _ = signals::hold();
     match done {
         Ok(report) => {
             let mut out = std::io::stdout();
             match out.write_all(report.text.as_bytes()).and_then(|()| out.flush()) {
-                // Who closed the pipe does not want to read on: no error.
+                // A closed pipe is not an error: its reader has stopped.
                 Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
-                    fail(&anyhow!("cannot write on the standard output: {error}"))
+                    fail(&anyhow!("cannot write to standard output: {error}"))
                 }
                 _ => report.outcome.into(),
             }
@@ -124,13 +124,13 @@ fn fail(error: &anyhow::Error) -> ExitCode {
     ExitCode::FAILURE
 }
 
-/// A text without what a terminal obeys: control characters of a file that is quoted become escapes.
+/// Escapes control characters except newlines: text quoted from a file may contain commands for the terminal.
 fn printable(text: &str) -> String {
     let keep = |c: char| c == '\n' || !c.is_control();
     text.chars().map(|c| if keep(c) { c.to_string() } else { c.escape_default().to_string() }).collect()
 }
 
-/// A usage error as clap prints its own, with the usage line of its command.
+/// A usage error in clap's format, with the usage line of its command.
 fn usage_error(error: &Usage) -> clap::Error {
     let mut whole = Options::command();
     whole.build();

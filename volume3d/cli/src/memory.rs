@@ -1,15 +1,16 @@
-//! The memory that this process can still have, so that what does not fit is refused before the work.
+//! The memory available to this process, to refuse work that does not fit before it begins.
 
 use std::path::Path;
 
-/// Bytes; nothing where the system does not say. It is the least of what the machine has to spare, what
-/// limits of its control groups leave, and what the limit of this process's addresses leaves.
+/// Available bytes; nothing if the system does not report them. The minimum of the machine's available
+/// memory, the remainder of the limits of control groups, and the remainder of the limit on the address
+/// space.
 pub(super) fn available() -> Option<usize> {
     let machine = kilobytes("/proc/meminfo", "MemAvailable:");
     [machine, addresses(), group()].into_iter().flatten().min()
 }
 
-/// Bytes that the process has in memory.
+/// Resident bytes of the process; 0 if unknown.
 pub(super) fn resident() -> usize {
     kilobytes("/proc/self/status", "VmRSS:").unwrap_or(0)
 }
@@ -18,14 +19,14 @@ fn number(path: &Path) -> Option<usize> {
     std::fs::read_to_string(path).ok()?.trim().parse().ok()
 }
 
-/// A line of a name and a number of kilobytes.
+/// The bytes in a line of a name and a number of kilobytes.
 fn kilobytes(path: &str, name: &str) -> Option<usize> {
     let text = std::fs::read_to_string(path).ok()?;
     let rest = text.lines().find_map(|line| line.strip_prefix(name))?;
     rest.split_whitespace().next()?.parse::<usize>().ok()?.checked_mul(1024)
 }
 
-/// Limit set by `ulimit -v`.
+/// Remainder of the limit set by `ulimit -v`.
 fn addresses() -> Option<usize> {
     let text = std::fs::read_to_string("/proc/self/limits").ok()?;
     let limit = text.lines().find_map(|line| line.strip_prefix("Max address space"))?;
@@ -33,7 +34,7 @@ fn addresses() -> Option<usize> {
     Some(limit.saturating_sub(kilobytes("/proc/self/status", "VmSize:")?))
 }
 
-/// Limits of control groups, versions 1 and 2, and of their parents.
+/// The smallest remainder of the limits of control groups, versions 1 and 2, and of their parents.
 fn group() -> Option<usize> {
     let groups = std::fs::read_to_string("/proc/self/cgroup").ok()?;
     let left = |folder: &Path, limit: &str, used: &str| {

@@ -1,8 +1,8 @@
-//! What may surprise in a mesh.
+//! Properties of a mesh that are legal, but often not intended.
 
 use volume3d::geometry::{Edges, Mesh, Normals};
 
-/// How often something is found, and the first place.
+/// The number of occurrences, and the first one.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Fault {
     pub(super) count: usize,
@@ -16,26 +16,26 @@ impl Fault {
     }
 }
 
-/// What is legal, but often not meant. Triangles and vertices count from 0, vertices as in the mesh's file.
+/// The faults of a mesh. Triangles and vertices count from 0; vertices are numbered as in the file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct MeshFaults {
     /// Edges of one triangle: silhouettes from everywhere.
     pub(super) borders: Fault,
     /// Edges of more than two triangles.
     pub(super) non_manifold: Fault,
-    /// Edges whose two triangles face opposite ways.
+    /// Edges whose two triangles have opposite orientations.
     pub(super) turned: Fault,
-    /// Triangles without area, which are never hit.
+    /// Triangles of zero area, which rays never hit.
     pub(super) zero_area: Fault,
-    /// Vertices of the file at the place of an earlier one. They have been made one.
+    /// Vertices of the file at the position of an earlier one, with which they have been merged.
     pub(super) duplicated: Fault,
-    /// Places without a triangle: their gradient is zero.
+    /// Vertices without a triangle; their gradient is zero.
     pub(super) unused: Fault,
-    /// Edges at which flat shading jumps.
+    /// Edges at which flat shading is discontinuous.
     pub(super) creases: Fault,
 }
 
-/// Unit normals that differ by no more than this are those of one plane, as for the library.
+/// Unit normals that differ by at most this count as equal, as in the library.
 const FLAT: f64 = 1e-5;
 
 impl MeshFaults {
@@ -46,7 +46,9 @@ impl MeshFaults {
         for (vertex, &place) in sources.iter().enumerate() {
             match first[place as usize] {
                 None => first[place as usize] = Some(vertex),
-                Some(earlier) => faults.duplicated.add(|| format!("vertex {vertex} at that of {earlier}")),
+                Some(earlier) => {
+                    faults.duplicated.add(|| format!("vertex {vertex} at that of vertex {earlier}"));
+                }
             }
         }
         let vertex = |place: u32| first[place as usize].unwrap_or(place as usize);
@@ -55,7 +57,7 @@ impl MeshFaults {
             (b - a).cross(c - a)
         };
         let mut used = vec![false; positions.len()];
-        // A triangle without area bounds nothing, so its edges do not count.
+        // The edges of a triangle of zero area do not count.
         let (mut bounding, mut numbers) = (vec![], vec![]);
         for (number, &corners) in mesh.triangles().iter().enumerate() {
             corners.iter().for_each(|&i| used[i as usize] = true);
@@ -85,7 +87,10 @@ impl MeshFaults {
             };
             fault.add(|| {
                 let [a, b] = sides[0].ends.map(vertex);
-                format!("that of vertices {a} and {b}, of triangle {}", numbers[sides[0].triangle as usize])
+                format!(
+                    "the edge of vertices {a} and {b} of triangle {}",
+                    numbers[sides[0].triangle as usize]
+                )
             });
         }
         faults
@@ -124,9 +129,9 @@ mod tests {
         assert_eq!(found.map(|f| f.count), [5, 1, 1, 1, 1, 1]);
         let place = |fault: &Fault| fault.example.clone().unwrap();
         assert_eq!(place(&faults.zero_area), "triangle 4");
-        assert_eq!(place(&faults.duplicated), "vertex 5 at that of 0");
+        assert_eq!(place(&faults.duplicated), "vertex 5 at that of vertex 0");
         assert_eq!(place(&faults.unused), "vertex 6");
-        assert_eq!(place(&faults.non_manifold), "that of vertices 0 and 1, of triangle 0");
-        assert_eq!(place(&faults.turned), "that of vertices 1 and 2, of triangle 0");
+        assert_eq!(place(&faults.non_manifold), "the edge of vertices 0 and 1 of triangle 0");
+        assert_eq!(place(&faults.turned), "the edge of vertices 1 and 2 of triangle 0");
     }
 }

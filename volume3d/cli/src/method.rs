@@ -1,4 +1,4 @@
-//! `--method` and what belongs to it.
+//! `--method` and its options.
 
 use clap::error::ErrorKind;
 use clap::{Args, ValueEnum};
@@ -12,100 +12,103 @@ use super::report::usage;
 
 #[derive(Args, Debug)]
 pub(super) struct MethodOptions {
-    /// How the derivative is estimated [default: auto; edge with --allow-missing; warped-area with options that belong to it].
+    /// The estimator of the derivative [default: auto; edge with --allow-missing; warped-area with its
+    /// options].
     #[arg(long, value_enum)]
     method: Option<Method>,
-    /// Warped area: what its field is made of [default: jump-mean; rays if --debias or --aux is
-    /// given]. Given, --method is warped-area.
+    /// Warped area: construction of the field [default: jump-mean; rays with --debias or --aux]. Implies
+    /// --method warped-area.
     #[arg(long, value_enum)]
     field: Option<FieldKind>,
-    /// Warped area: what follows the silhouettes of implicit surfaces [default: vicini].
+    /// Warped area: the field at silhouettes of implicit surfaces [default: vicini].
     #[arg(long, value_enum)]
     implicit_field: Option<ImplicitKind>,
-    /// With --implicit-field bangaru: only the K points of a ray with the least distances count, as in the paper. Not
-    /// continuous, and so biased: for comparison.
+    /// With --implicit-field bangaru: only the K points of a ray with the smallest distances count, as in the
+    /// paper. The field is then discontinuous and the result biased: for comparison.
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(2..))]
     nearest: Option<u32>,
-    /// Warped area: what is done about the bias of the warp with finitely many auxiliary rays.
+    /// Warped area: how the bias of the warp due to finitely many auxiliary rays is removed.
     #[arg(long, value_enum)]
     debias: Option<Bias>,
-    /// Warped area: auxiliary rays of an estimate of the warp, on the film and at every bounce; the least number unless
-    /// --debias is none [default: 16; 4 with --debias roulette].
+    /// Warped area: auxiliary rays of one estimate of the warp, on the film and at every bounce; the smallest
+    /// number unless --debias is none [default: 16; 4 with --debias roulette].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 20))]
     aux: Option<u32>,
-    /// Edge sampling: leaves out the motion of such jumps, which nothing follows, instead of refusing a scene that has
-    /// them where geometry moves. The rest of the derivative is what it is without; what is left out is listed, and kept
-    /// in the header of a gradient that is written as .exr.
+    /// Edge sampling: leaves out the motion of discontinuities of these kinds, which no method follows,
+    /// instead of refusing scenes that have them. The rest of the derivative is unchanged. What is left out
+    /// is listed, and stored in the header of a gradient in .exr format.
     #[arg(long, value_enum, value_name = "WHAT,…", value_delimiter = ',')]
     allow_missing: Vec<Kind>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(super) enum Method {
-    /// Whichever of warped area (softened or exact) and edge sampling a pilot of few samples expects to err
-    /// least in the time of --spp samples of warped-area; the pilot also splits the samples. Unbiased;
-    /// refuses what both refuse. It is warped area beside implicit surfaces, and where no geometry moves.
+    /// Warped area (exact or softened mean) or edge sampling, whichever a pilot with few samples expects to
+    /// have the smaller error in the time of --spp samples of warped-area; the pilot also splits the samples.
+    /// Unbiased. Refuses scenes that both refuse. Always warped area for scenes with implicit surfaces, and
+    /// if no geometry moves.
     #[value(name = "auto")]
     Automatic,
-    /// Warped-area sampling: unbiased, with --debias none biased; refuses mirrors and lights without extent where
-    /// geometry moves.
+    /// Warped-area sampling: unbiased, except with --debias none. Refuses mirrors and lights without extent
+    /// where geometry moves.
     WarpedArea,
-    /// Edge sampling: unbiased; besides --spp paths a pixel, as many samples of every kind of jump there is: up to two
-    /// kinds seen by the camera, up to five seen from surfaces. Refuses what warped-area refuses.
+    /// Edge sampling: unbiased. Uses --spp paths per pixel and as many samples of each kind of discontinuity:
+    /// up to two kinds seen by the camera, and up to five seen from surfaces. Refuses the scenes that
+    /// warped-area refuses.
     Edge,
-    /// One rotation for each kernel: biased wherever what moves does not turn as a whole.
+    /// One rotation per kernel: biased unless what moves rotates as a whole.
     Rotation,
-    /// Central differences with common random numbers: biased by ~ step², noise ~ 1/√step; differentiates
-    /// everything. At a bound of a parameter's range they are one-sided, biased by ~ step, which is said.
+    /// Central differences with common random numbers: bias ~ step², noise ~ 1/√step. Supports every scene.
+    /// At a bound of a parameter's range the differences are one-sided, with bias ~ step; a line says so.
     FiniteDifference,
-    /// The interior term alone: biased wherever a silhouette, a shadow's or a light's edge moves.
+    /// The interior term alone: biased where silhouettes or edges of shadows or lights move.
     Interior,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum FieldKind {
-    /// The edges near a direction, averaged exactly: no auxiliary rays.
+    /// The exact weighted mean over the edges near a direction, without auxiliary rays.
     JumpMean,
-    /// The same mean, softened, with a quarter of --spp samples of silhouettes and half of it of shadows for what it leaves: for
-    /// clutter and penumbrae, where the exact mean has heavy tails.
+    /// A softened mean over the edges. What it leaves is sampled at silhouettes, with --spp/4 samples, and at
+    /// shadows, with --spp/2. For clutter and penumbrae, where the exact mean has heavy tails.
     Softened,
-    /// What auxiliary rays hit, as in the paper: meshes, and implicit surfaces.
+    /// From the hits of auxiliary rays on meshes and implicit surfaces, as in the paper.
     Rays,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum ImplicitKind {
-    /// One point of a ray, the mean of its sphere tracer's (Vicini et al. 2022).
+    /// One point per ray, a mean over the steps of its sphere tracing (Vicini et al. 2022).
     Vicini,
-    /// All points of a ray's sphere tracer (Bangaru et al. 2022).
+    /// All points of a ray's sphere tracing (Bangaru et al. 2022).
     Bangaru,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Bias {
-    /// Nothing: N rays, less noise; the bias falls as 1/N.
+    /// No debiasing: N rays; less noise, and a bias that falls as 1/N.
     None,
     /// Russian roulette, as in the paper: unbiased, but of infinite variance; for comparison.
     Roulette,
-    /// Differences between levels of rays: unbiased (the default).
+    /// Differences between levels with more and more rays: unbiased (the default).
     Multilevel,
 }
 
-/// The exponent of Russian roulette's tail, in (1, 2): the middle.
+/// The exponent of Russian roulette's tail: the middle of its range (1, 2).
 const TAIL: f64 = 1.5;
 
-/// Rays without debiasing, where the bias is a few per cent of the boundary term.
+/// Default number of rays without debiasing; the bias is then a few per cent of the boundary term.
 const RAYS_WITHOUT_DEBIASING: usize = 16;
 
 impl Method {
-    /// Its name in options and in the library.
+    /// The name in options and in the library.
     fn name(self) -> String {
         self.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default()
     }
 }
 
 impl MethodOptions {
-    /// A method as it is by default.
+    /// A method with its default options.
     pub(super) fn plain(method: Method) -> Self {
         let method = Some(method);
         Self {
@@ -141,7 +144,7 @@ impl MethodOptions {
         self.method() == Method::Interior
     }
 
-    /// Whether all options belong together, asked before any work.
+    /// Refuses options that exclude one another, before any work.
     pub(super) fn check(&self, command: &'static str, step: bool) -> anyhow::Result<()> {
         let conflict = |text: &str| Err(usage(command, ErrorKind::ArgumentConflict, text.to_owned()));
         let rays = self.asks_for_rays();
@@ -162,7 +165,7 @@ impl MethodOptions {
         }
         if !self.allow_missing.is_empty() && self.method() != Method::Edge {
             return conflict(
-                "--allow-missing belongs to --method edge, where what is left out changes nothing else",
+                "--allow-missing belongs to --method edge, where leaving out a term does not change the others",
             );
         }
         if step && !self.is_finite_difference() {
@@ -229,7 +232,8 @@ impl MethodOptions {
     }
 }
 
-/// The choice of a pilot, with a line that says what it chose and why; the estimator itself if it has no pilot.
+/// The method that a pilot chooses, with a line that says what it chose and why; the estimator itself if it
+/// needs no pilot.
 pub(super) fn chosen(
     estimator: Estimator,
     choose: impl FnOnce(&Pilot) -> Result<Choice, GradientError>,

@@ -1,20 +1,20 @@
-//! `--allow-missing`, and what is said of what is left out.
+//! `--allow-missing`, and the lines about what is left out.
 
 use clap::ValueEnum;
 use volume3d::gradient::{Missing, Unsupported};
 
-/// A kind of jump, as `--allow-missing` names it.
+/// A kind of discontinuity that `--allow-missing` leaves out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(super) enum Kind {
-    /// What moves in ideal mirrors and smooth coatings.
+    /// Discontinuities reflected by ideal mirrors and smooth coatings.
     Mirror,
-    /// What moves behind glass and in its reflection, and behind what is partly transparent.
+    /// Discontinuities seen through or reflected by glass, or seen through partly transparent surfaces.
     Transmission,
-    /// Where normals that a bump or normal map tilts turn away.
+    /// Curves on bump- or normal-mapped surfaces where the shading normal turns away.
     Relief,
-    /// Shadows of points, spots and projectors, and the borders of their beams.
+    /// Shadows of point lights, spots and projectors, and the borders of their beams.
     PointLight,
-    /// Shadows of parallel light.
+    /// Shadows of parallel lights.
     ParallelLight,
 }
 
@@ -30,29 +30,31 @@ impl From<Kind> for Missing {
     }
 }
 
-/// A line for everything whose jumps stand still.
+/// A line for each kind of discontinuity whose motion is left out.
 pub(super) fn left_out(all: &[Unsupported]) -> String {
     let line = |what: &Unsupported| {
-        let jumps = match what {
+        let discontinuities = match what {
             Unsupported::Mirror { shape, material } => {
                 format!(
-                    "jumps seen in material `{material}` of shape `{shape}`, which reflects as an ideal mirror"
+                    "discontinuities reflected by material `{material}` of shape `{shape}`, an ideal mirror"
                 )
             }
             Unsupported::Transmission { shape, material } => {
                 format!(
-                    "jumps seen by light that material `{material}` of shape `{shape}` passes or reflects"
+                    "discontinuities seen by light that material `{material}` of shape `{shape}` transmits or reflects"
                 )
             }
             Unsupported::Relief { shape, material } => {
-                format!("where the map of material `{material}` of shape `{shape}` turns normals away")
+                format!("curves where the map of material `{material}` of shape `{shape}` turns normals away")
             }
             Unsupported::Delta { light } => format!("the shadows of point light `{light}`"),
             Unsupported::Beam { light } => format!("the border of the beam of `{light}`"),
             Unsupported::Parallel { light } => format!("the shadows of parallel light `{light}`"),
             other => other.to_string(),
         };
-        format!("LEFT OUT (--allow-missing), so that the derivative is not whole: the motion of {jumps}\n")
+        format!(
+            "LEFT OUT (--allow-missing), so that the derivative is incomplete: the motion of {discontinuities}\n"
+        )
     };
     all.iter().map(line).collect()
 }

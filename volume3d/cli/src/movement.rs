@@ -1,4 +1,4 @@
-//! `--move`: a direction in the space of parameters, in words.
+//! `--move`: a direction in parameter space, as text.
 
 use std::fmt;
 use std::str::FromStr;
@@ -12,35 +12,35 @@ use volume3d::scene::{Object, Scene};
 
 #[derive(Args, Debug)]
 pub(super) struct Moves {
-    /// What moves, and how fast; several add up. The gradient is the derivative by the
-    /// parameter θ that all of them have in common, at θ = 0.
+    /// The parameters that change, with their rates of change with respect to θ. May be repeated;
+    /// rates add up. The gradient is the derivative with respect to θ at θ = 0.
     ///
     ///   THING:translate:x,y,z            by θ (x, y, z), in scene units
     ///   THING:rotate:px,py,pz:ax,ay,az   by θ |a| radians about the axis a through p
     ///   THING:scale:px,py,pz:s           x becomes p + (1 + θ s) (x − p)
     ///   SHAPE:vertex:INDEX:x,y,z         one vertex of its file, from 0, by θ (x, y, z)
-    ///   SHAPE:radiance:r,g,b             what it emits, by θ (r, g, b)
-    ///   SHAPE:radiance_texture:r,g,b     the texture of what it emits, all texels alike
-    ///   LIGHT:radiance:r,g,b             that of a constant environment
-    ///   LIGHT:intensity:r,g,b            of a point light
-    ///   LIGHT:irradiance:r,g,b           of a directional light
-    ///   LIGHT:texture:r,g,b              of an environment map, a spot or a projector
-    ///   MATERIAL:reflectance:r,g,b       its constant reflectance
-    ///   MATERIAL:texture:r,g,b           the texture of its reflectance
-    ///   MATERIAL:roughness:rate          its alpha
+    ///   SHAPE:radiance:r,g,b             emitted radiance, by θ (r, g, b)
+    ///   SHAPE:radiance_texture:r,g,b     texture of the emitted radiance, all texels alike
+    ///   LIGHT:radiance:r,g,b             constant environment
+    ///   LIGHT:intensity:r,g,b            point light
+    ///   LIGHT:irradiance:r,g,b           directional light
+    ///   LIGHT:texture:r,g,b              environment map, spot or projector, all texels alike
+    ///   MATERIAL:reflectance:r,g,b       constant reflectance
+    ///   MATERIAL:texture:r,g,b           texture of the reflectance, all texels alike
+    ///   MATERIAL:roughness:rate          roughness (alpha)
     ///   MATERIAL:roughness_texture:r,g,b
     ///   MATERIAL:metallic_texture:r,g,b
-    ///   camera:translate:x,y,z           its origin, in scene units
-    ///   camera:rotate:ax,ay,az           by θ |a| radians about the axis a through its origin, or
-    ///                                    the middle of an orthographic sensor
-    ///   camera:fov:rate                  its horizontal field of view, radians; not orthographic
+    ///   camera:translate:x,y,z           origin, in scene units
+    ///   camera:rotate:ax,ay,az           by θ |a| radians about the axis a through the origin,
+    ///                                    or the centre of an orthographic sensor
+    ///   camera:fov:rate                  horizontal field of view, radians; not orthographic
     ///
-    /// SHAPE, MATERIAL and LIGHT are ids of the scene, which `volume3d info` lists. THING is a
-    /// shape; an implicit surface, a point light, a spot, a projector, a directional light or an
-    /// environment map, as far as it can move; an instance or a group of shapes; `all`, which is
-    /// all geometry; or `lights`, which is everything that emits. Axes are in the world, and turns
-    /// right-handed. Vertices of a file at one place move together. One texel moves by
-    /// WHAT:texture:COLUMN,ROW:r,g,b, counted from 0 at the top left.
+    /// SHAPE, MATERIAL and LIGHT are ids of the scene; `volume3d info` lists them. THING is a
+    /// shape, instance or group of shapes; an implicit surface; a point light, spot, projector,
+    /// directional light or environment map, as far as it can move; `all`, which is all geometry;
+    /// or `lights`, which is all emitters. Axes are those of the world, and rotations
+    /// right-handed. Vertices of a file that share a position move together. A single texel
+    /// moves by WHAT:texture:COLUMN,ROW:r,g,b, counted from 0 at the top left.
     #[arg(long = "move", value_name = "WHAT:HOW:RATE", verbatim_doc_comment, allow_hyphen_values = true)]
     pub(super) moves: Vec<Move>,
 }
@@ -86,7 +86,7 @@ const FORMS: &str = "THING:translate:x,y,z, THING:rotate:px,py,pz:ax,ay,az, THIN
     MATERIAL:reflectance:r,g,b, MATERIAL:roughness:rate, or WHAT:texture:r,g,b";
 const CAMERA_FORMS: &str = "camera:translate:x,y,z, camera:rotate:ax,ay,az or camera:fov:rate";
 
-/// Words for what happens, with the parameter that changes and the form of the rate.
+/// The kinds of changes: keyword, parameter, and form of the rate.
 const HOW: [(&str, &str, &str); 14] = [
     ("translate", "translation", "x,y,z"),
     ("rotate", "rotation", "px,py,pz:ax,ay,az"),
@@ -109,7 +109,7 @@ impl FromStr for Move {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let parts: Vec<&str> = text.split(':').collect();
-        // An id may have colons in it: it ends before the first word that tells what happens.
+        // An id may contain colons: it ends before the first keyword.
         let word = |i: usize| HOW.iter().map(|(word, ..)| *word).find(|word| *word == parts[i]);
         let at = (1..parts.len()).find_map(|i| Some((i, word(i)?)));
         let Some((at, word)) = at else { return Err(format!("expected {FORMS}; or {CAMERA_FORMS}")) };
@@ -146,7 +146,7 @@ impl FromStr for Move {
     }
 }
 
-/// As it is read: numbers are the shortest that mean the same.
+/// In the form that [`FromStr`] reads, with the shortest numbers that round-trip.
 impl fmt::Display for Move {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let vector = |v: DVec3| format!("{},{},{}", v.x, v.y, v.z);
@@ -177,7 +177,7 @@ fn vector(text: &str) -> Result<DVec3, String> {
     let numbers = text.split(',').map(number).collect::<Result<Vec<f64>, String>>()?;
     match numbers[..] {
         [x, y, z] => Ok(DVec3::new(x, y, z)),
-        _ => Err(format!("`{text}` is not three numbers with commas between")),
+        _ => Err(format!("`{text}` is not three numbers separated by commas")),
     }
 }
 
@@ -185,11 +185,11 @@ fn texel(text: &str) -> Result<[usize; 2], String> {
     let numbers: Option<Vec<usize>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
     match numbers.as_deref() {
         Some([column, row]) => Ok([*column, *row]),
-        _ => Err(format!("`{text}` is not a texel's column and row with a comma between")),
+        _ => Err(format!("`{text}` is not the column and row of a texel, separated by a comma")),
     }
 }
 
-/// The sum of all motions.
+/// The sum of all changes.
 pub(super) fn change(scene: &Scene, moves: &[Move]) -> anyhow::Result<Tangent> {
     let mut change = Tangent::still(scene);
     moves.iter().try_for_each(|m| m.add_to(scene, &mut change))?;
@@ -197,14 +197,14 @@ pub(super) fn change(scene: &Scene, moves: &[Move]) -> anyhow::Result<Tangent> {
 }
 
 impl Move {
-    /// What has a name and a parameter of a kind.
+    /// The parameters of a kind of all objects with this name.
     fn quantities(&self, scene: &Scene, kind: &str) -> anyhow::Result<Vec<Quantity>> {
         let found = Quantity::find_all(scene, &format!("{}.{kind}", self.what));
         let found = found.map_err(|error| self.in_words(scene, &error))?;
         Ok(found.into_iter().map(|member| member.quantity).collect())
     }
 
-    /// The error, and what can be done with whatever has the name.
+    /// The error, with the forms of --move that the named objects have.
     fn in_words(&self, scene: &Scene, error: &ParameterError) -> anyhow::Error {
         let kinds = scene.named(&self.what).into_iter().flat_map(|object| Quantity::of(scene, object));
         let forms = kinds.filter_map(|(kind, _)| HOW.iter().find(|(_, parameter, _)| *parameter == kind));
@@ -218,7 +218,7 @@ impl Move {
         }
     }
 
-    /// What moves as a whole, by parameters of which it must have one.
+    /// The objects with this name that have one of these parameters; an error if there are none.
     fn objects(&self, scene: &Scene, kinds: &[&str]) -> anyhow::Result<Vec<Object>> {
         let has = |object: &Object| Quantity::of(scene, *object).iter().any(|(kind, _)| kinds.contains(kind));
         let found: Vec<Object> = scene.named(&self.what).into_iter().filter(has).collect();
@@ -236,7 +236,7 @@ impl Move {
                 }
             }
             How::Rotate { centre, axis } => {
-                // What has a place alone goes round the axis.
+                // Objects with a position but no orientation move around the axis.
                 for object in self.objects(scene, &["rotation", "translation"])? {
                     change.rotate_object(scene, object, centre, axis);
                 }

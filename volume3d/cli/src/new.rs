@@ -15,26 +15,26 @@ use super::report::{Outcome, Report};
 use super::session::Loaded;
 use super::stage::{Stage, Up};
 
-/// Writes a scene around a mesh, and a fit that runs.
+/// Writes a scene around a mesh, and a fit of its pose.
 ///
 /// The scene (scene.xml) has a camera that sees the whole mesh, a ground, a lamp and a sky, in the units of
-/// the mesh; one far from the origin, or larger than 10⁴ or smaller than 10⁻⁴, is moved and scaled by its
-/// to_world. The fit (fit.toml) finds the mesh's pose again in a picture that is rendered from the scene.
+/// the mesh. A mesh far from the origin, or with a radius above 10⁴ or below 10⁻⁴, is moved to the origin,
+/// and scaled in the latter case, by its to_world. The fit (fit.toml) recovers the pose of the mesh from a
+/// picture rendered from the scene.
 ///
 /// Example: volume3d new bunny.obj && volume3d render bunny/scene.xml -o bunny/image.png
 #[derive(Args, Debug)]
 pub(super) struct Options {
-    /// The mesh: .obj or .ply, which may be gzipped, or .serialized.
+    /// The mesh: .obj or .ply, optionally gzipped, or .serialized.
     #[arg(value_name = "MESH")]
     mesh: PathBuf,
-    /// The folder for scene.xml and fit.toml, which is made if there is none; unless given, one with the name
-    /// of the mesh.
+    /// The folder for scene.xml and fit.toml, created if necessary [default: the name of the mesh].
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
     /// The axis of the mesh that points upwards.
     #[arg(long, value_name = "AXIS", value_enum, default_value_t = UpAxis::Y)]
     up: UpAxis,
-    /// Replaces scene.xml and fit.toml if they are there.
+    /// Replaces existing files scene.xml and fit.toml.
     #[arg(long)]
     force: bool,
 }
@@ -54,7 +54,7 @@ impl From<UpAxis> for Up {
     }
 }
 
-/// Names that a scene has already.
+/// Ids that the scene uses for other objects.
 const TAKEN: [&str; 7] = ["camera", "ground", "lamp", "sky", "clay", "all", "lights"];
 
 pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
@@ -64,17 +64,17 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     let folder = options.output.clone().unwrap_or_else(|| PathBuf::from(&stem));
     let [scene, fit] = ["scene.xml", "fit.toml"].map(|name| folder.join(name));
     if let Some(there) = [&scene, &fit].into_iter().find(|path| path.exists() && !options.force) {
-        bail!("{} is there already: --force replaces it, and -o names another folder", there.display());
+        bail!("{} exists: --force replaces it, and -o names another folder", there.display());
     }
     let (low, high) = bounds(&mesh).map_err(|problem| anyhow!("{}: {problem}", path.display()))?;
     std::fs::create_dir_all(&folder)
-        .map_err(|e| anyhow!("cannot make the folder {}: {e}", folder.display()))?;
+        .map_err(|e| anyhow!("cannot create the folder {}: {e}", folder.display()))?;
     [&scene, &fit].into_iter().try_for_each(|path| check_place(path))?;
     let id = id(&stem);
     let stage = Stage::new(&id, plugin, &relative(&folder, path)?, (low, high), options.up.into());
     write_bytes(&scene, stage.scene().as_bytes())?;
     write_bytes(&fit, stage.fit(&in_shell(&fit), &in_shell(&folder.join("run"))).as_bytes())?;
-    // It is read at once, so that what is wrong with the mesh is known here.
+    // Reads the scene, so that problems of the mesh show now.
     let loaded = Loaded::read(&scene, &[])?;
     let mut text = String::new();
     let (extent, triangles) = (high - low, mesh.triangles().len());
@@ -89,7 +89,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     notes.iter().for_each(|note| text += &format!("note: {}: {note}\n", path.display()));
     text += &stage.moved().map(|moved| format!("note: {moved}\n")).unwrap_or_default();
     loaded.deviations.iter().for_each(|note| text += &format!("note: {note}\n"));
-    let _ = writeln!(text, "wrote {} and {}; next:", scene.display(), fit.display());
+    let _ = writeln!(text, "wrote {} and {}; try:", scene.display(), fit.display());
     let [scene, fit, image, gradient, run] =
         [scene, fit, folder.join("image.png"), folder.join("gradient.png"), folder.join("run")]
             .map(|path| in_shell(&path));
@@ -104,7 +104,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     Ok(Report { text, outcome: Outcome::Good })
 }
 
-/// A mesh with the plugin that reads it, and what its reader notes.
+/// The mesh, the plugin that reads it, and notes of the reader.
 fn read(path: &Path) -> anyhow::Result<(Mesh, &'static str, Vec<String>)> {
     let shown = path.display();
     if path.is_dir() {
@@ -114,9 +114,9 @@ fn read(path: &Path) -> anyhow::Result<(Mesh, &'static str, Vec<String>)> {
     let bytes = bytes.map_err(|e| anyhow!("{e:#}"))?;
     match Kind::of(path, &bytes) {
         Kind::Mesh | Kind::Unknown | Kind::Empty => {}
-        Kind::Scene => bail!("{shown} is a scene already: `volume3d render {} -o image.png`", in_shell(path)),
-        Kind::ForeignMesh => bail!("{shown} is a mesh in a format that is not read: save it as OBJ or PLY"),
-        _ => bail!("{shown} is not a mesh: .obj, .ply and .serialized are read"),
+        Kind::Scene => bail!("{shown} is already a scene: `volume3d render {} -o image.png`", in_shell(path)),
+        Kind::ForeignMesh => bail!("{shown} is a mesh in an unsupported format: save it as OBJ or PLY"),
+        _ => bail!("{shown} is not a mesh; supported formats: .obj, .ply, .serialized"),
     }
     let name = path.to_string_lossy().to_ascii_lowercase();
     if name.ends_with(".serialized") {
@@ -128,7 +128,7 @@ fn read(path: &Path) -> anyhow::Result<(Mesh, &'static str, Vec<String>)> {
     Ok((mesh, if is_ply { "ply" } else { "obj" }, notes))
 }
 
-/// The box around all triangles.
+/// The bounding box of all triangles.
 fn bounds(mesh: &Mesh) -> Result<(DVec3, DVec3), &'static str> {
     let corners = mesh.triangles().as_flattened().iter().map(|&i| mesh.positions()[i as usize]);
     let all = DVec3::splat(f64::INFINITY);
@@ -137,15 +137,15 @@ fn bounds(mesh: &Mesh) -> Result<(DVec3, DVec3), &'static str> {
     if mesh.triangles().is_empty() {
         Err("the mesh has no triangles")
     } else if diagonal == 0.0 {
-        Err("all triangles of the mesh are one point")
+        Err("all triangles of the mesh are at one point")
     } else if !diagonal.is_finite() {
-        Err("the mesh is larger than can be computed with")
+        Err("the size of the mesh exceeds the range of numbers")
     } else {
         Ok((low, high))
     }
 }
 
-/// The name of a file without its endings.
+/// A file name without its extensions.
 fn stem(path: &Path) -> String {
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let lower = name.to_ascii_lowercase();
@@ -158,17 +158,17 @@ fn stem(path: &Path) -> String {
     }
 }
 
-/// A name for the shape that command lines can hold: letters, digits, `-` and `_`.
+/// An id for the shape that is plain on command lines: letters, digits, `-` and `_`.
 fn id(stem: &str) -> String {
     let plain = |c: char| if c.is_alphanumeric() || c == '-' { c } else { '_' };
     let id: String = stem.chars().map(plain).collect();
     if TAKEN.contains(&id.as_str()) || id.starts_with('-') { format!("mesh_{id}") } else { id }
 }
 
-/// The path of a file as a scene in a folder names it.
+/// The path of a file relative to the folder of a scene.
 fn relative(folder: &Path, file: &Path) -> anyhow::Result<String> {
     let whole = |path: &Path| {
-        // An empty path is this folder.
+        // An empty path is the current folder.
         let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
         path.canonicalize().map_err(|e| anyhow!("cannot find {}: {e}", path.display()))
     };
@@ -182,7 +182,7 @@ fn relative(folder: &Path, file: &Path) -> anyhow::Result<String> {
         up.chain(to[common..].iter().copied()).collect()
     };
     let text =
-        path.to_str().ok_or_else(|| anyhow!("{}: its name is not UTF-8; give it another", file.display()))?;
+        path.to_str().ok_or_else(|| anyhow!("{}: the name is not UTF-8; rename the file", file.display()))?;
     Ok(text.replace('\\', "/"))
 }
 

@@ -2,7 +2,7 @@
 
 use volume3d::gradient::OneSided;
 
-/// A line if differences have one side only, at these steps.
+/// A line if differences are one-sided, with their steps; empty otherwise.
 pub(super) fn one_sided<'a>(found: impl IntoIterator<Item = (f64, &'a OneSided)>) -> String {
     let found: Vec<_> = found.into_iter().collect();
     let Some((_, OneSided { ahead, outside })) = found.first() else { return String::new() };
@@ -10,7 +10,7 @@ pub(super) fn one_sided<'a>(found: impl IntoIterator<Item = (f64, &'a OneSided)>
     let steps: Vec<_> = found.iter().map(|(step, _)| format!("{step:.1e}")).collect();
     let steps = steps.join(", ");
     format!(
-        "ONE-SIDED differences at step {steps}, from {side}, whose error is in proportion to the step: at {other} \
+        "ONE-SIDED differences at step {steps}, from {side}, whose error is proportional to the step: at {other} \
          {outside}\n"
     )
 }

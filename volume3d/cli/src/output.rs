@@ -1,4 +1,4 @@
-//! Files to be written: everything that could forbid it is asked before any work.
+//! Output files. Their paths are checked before any work.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -20,12 +20,12 @@ enum Format {
     Png,
 }
 
-/// What the pixels of an image are.
+/// The meaning of an image's pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Pixels {
-    /// Not negative; a PNG shows them in sRGB, clamped to [0, 1].
+    /// Not negative; a PNG has them in sRGB, clamped to [0, 1].
     Radiance,
-    /// Of both signs; a PNG shows the mean of the channels from blue over white to red.
+    /// Of both signs; a PNG shows the mean of the channels, from blue over white to red.
     Signed,
 }
 
@@ -34,23 +34,23 @@ pub(super) enum Pixels {
 pub(super) struct Written {
     pub(super) text: String,
     pub(super) outcome: Outcome,
-    /// What must be known of every image: for the headers of files that have room for it.
+    /// Notes about every image, for the headers of formats that have room for them.
     comments: String,
 }
 
 impl Written {
-    /// Nothing yet, after some words.
+    /// No files yet; `text` is printed before the messages.
     pub(super) fn after(text: String) -> Self {
         Self { text, outcome: Outcome::Good, comments: String::new() }
     }
 
-    /// The same, of a scene that is not all that its file says.
+    /// Adds notes about how the scene deviates from its file to the headers of all images.
     pub(super) fn noting(mut self, deviations: &[String]) -> Self {
         self.comments = deviations.iter().map(|note| format!("note: {note}\n")).collect();
         self
     }
 
-    /// Says that what comes next is not finite: the program's exit status will say so as well.
+    /// Adds a message about numbers that are not finite, and sets the exit status.
     pub(super) fn not_finite(&mut self, what: &str) {
         let _ = writeln!(self.text, "NOT FINITE: {what}");
         self.outcome = Outcome::Bad;
@@ -81,11 +81,11 @@ impl Output {
         Ok(Self { path: path.to_path_buf(), format, pixels })
     }
 
-    /// A picture, which can only be a PNG.
+    /// A picture, which must be a PNG.
     pub(super) fn picture(path: &Path, pixels: Pixels) -> anyhow::Result<Self> {
         let output = Self::new(path, pixels)?;
         if output.format != Format::Png {
-            bail!("{}: --png writes .png; see -o for the others", path.display());
+            bail!("{}: --png writes .png; use -o for other formats", path.display());
         }
         Ok(output)
     }
@@ -94,12 +94,12 @@ impl Output {
         &self.path
     }
 
-    /// Writes the image, atomically, and says what was written.
+    /// Writes the image atomically, and adds a message.
     pub(super) fn write(&self, image: &Image, to: &mut Written) -> anyhow::Result<()> {
         self.write_with_comments(image, "", to)
     }
 
-    /// The same, with a text in the header, beside what must be known of every image. An .npy has no room for it.
+    /// Like [`write`](Self::write), with a text in the header after the notes; .npy has no room for it.
     pub(super) fn write_with_comments(
         &self,
         image: &Image,
@@ -118,7 +118,7 @@ impl Output {
                 note = format!(" (blue {:.3e}, white 0, red {range:.3e})", -range);
             }
         }
-        // A picture ends where its range does.
+        // A PNG clamps finite values.
         let is_finite = |p: &DVec3| match self.format {
             Format::Exr | Format::Npy => p.as_vec3().is_finite(),
             Format::Png => p.is_finite(),
@@ -127,8 +127,8 @@ impl Output {
             let count = image.pixels.iter().filter(|p| !is_finite(p)).count();
             let (column, row, path) = (first % image.width, first / image.width, self.path.display());
             to.not_finite(&format!(
-                "{count} of {} pixels of {path}, such as that in column {column}, row {row}, which is {}; single precision ends at \
-                 3.4e38",
+                "{count} of {} pixels of {path}, such as column {column}, row {row}, which is {}; single precision ends \
+                 at 3.4e38",
                 image.pixels.len(),
                 colour(image.pixels[first])
             ));
@@ -138,7 +138,7 @@ impl Output {
     }
 }
 
-/// Numbers that may be very large.
+/// A colour as text; its values may be very large.
 pub(super) fn colour(pixel: DVec3) -> String {
     let DVec3 { x, y, z } = pixel;
     format!("({x:.3e}, {y:.3e}, {z:.3e})")
@@ -148,12 +148,13 @@ fn extension(path: &Path) -> String {
     path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default()
 }
 
-/// An array's file, whose name must end in `.npy`.
+/// Checks the file of an array, whose name must end in `.npy`.
 pub(super) fn check_array(path: &Path) -> anyhow::Result<()> {
-    check_file(path, "npy", "the derivative by a parameter")
+    check_file(path, "npy", "a derivative with respect to a parameter")
 }
 
-/// A file of something that is written in one format alone, whose name must end so.
+/// Checks a file that is written in one format only: its name must have this extension. `what` is for the
+/// message.
 pub(super) fn check_file(path: &Path, ending: &str, what: &str) -> anyhow::Result<()> {
     if extension(path) != ending {
         bail!("{}: {what} is written as .{ending}", path.display());
@@ -161,20 +162,20 @@ pub(super) fn check_file(path: &Path, ending: &str, what: &str) -> anyhow::Resul
     check_place(path)
 }
 
-/// Whether a file can be made at `path`.
+/// Checks that a file can be created at `path`.
 pub(super) fn check_place(path: &Path) -> anyhow::Result<()> {
     if path.is_dir() {
         bail!("{} is a folder; name a file in it", path.display());
     }
     let destination = destination(path);
     if destination.metadata().is_ok_and(|found| !found.is_file() && !found.is_dir()) {
-        bail!("{} is a pipe or a device, and only regular files are written", path.display());
+        bail!("{} is a pipe or a device; outputs must be regular files", path.display());
     }
     let folder = folder(&destination);
     if !folder.is_dir() {
-        bail!("{}: there is no folder {}; make it first", path.display(), folder.display());
+        bail!("{}: there is no folder {}; create it first", path.display(), folder.display());
     }
-    // Hours of work are not to end at a folder that cannot be written to.
+    // Finds now, not after hours of work, that the folder cannot be written to.
     if let Err(error) = tempfile::tempfile_in(folder) {
         bail!("{}: cannot write into the folder {}: {error}", path.display(), folder.display());
     }
@@ -188,20 +189,20 @@ fn folder(path: &Path) -> &Path {
     }
 }
 
-/// Refuses to write over what was read, and to write twice to one place.
+/// Refuses outputs that are inputs, and outputs that are the same file.
 pub(super) fn check_distinct(outputs: &[&Path], inputs: &[PathBuf]) -> anyhow::Result<()> {
     for (i, output) in outputs.iter().enumerate() {
         if outputs[..i].iter().any(|other| same(output, other)) {
-            bail!("{} would be written twice; give each output a name of its own", output.display());
+            bail!("{} would be written twice; give each output its own name", output.display());
         }
         if inputs.iter().any(|input| same(output, input)) {
-            bail!("{} is read and will not be overwritten; name another output", output.display());
+            bail!("{} is an input and will not be overwritten; name another output", output.display());
         }
     }
     Ok(())
 }
 
-/// Whether two paths mean one file, be it there yet or not.
+/// Whether two paths are the same file, which need not exist.
 fn same(a: &Path, b: &Path) -> bool {
     let real = |path: &Path| {
         let path = destination(path);

@@ -1,4 +1,4 @@
-//! `--wrt`: a parameter of a scene, in words; and its part of a gradient.
+//! `--wrt`: a parameter of a scene by its name, and its part of a gradient.
 
 use std::str::FromStr;
 
@@ -27,7 +27,8 @@ impl AsRef<str> for Name {
 }
 
 impl Name {
-    /// A file's name for it: what is neither letter nor digit becomes `_`, so that an id cannot lead out of a folder.
+    /// A file name for the parameter: characters of the id other than letters, digits and `-` become `_`, so
+    /// that it cannot lead out of a folder.
     pub(super) fn file_name(&self) -> String {
         let plain = |c: char| if c.is_alphanumeric() || c == '-' { c } else { '_' };
         let what = Quantity::split_name(&self.0).map_or(&*self.0, |name| name.what);
@@ -37,8 +38,9 @@ impl Name {
     }
 }
 
-/// The part of a gradient that each parameter has. Of vertex positions, every vertex of the file has the derivative by the
-/// place it is at: where a file has several vertices at one place, they move together, and each has the whole.
+/// The gradient with respect to each parameter. For vertex positions: one row per vertex of the file, the
+/// derivative with respect to its position. Vertices of the file that share a position move together, and
+/// each row has the full derivative.
 pub(super) fn arrays(parameters: &Parameters, scene: &Scene, gradient: &Tangent) -> Vec<Array> {
     let whole = parameters.gradient(scene, &parameters.values(scene), gradient);
     let groups = parameters.groups().iter();

@@ -15,11 +15,12 @@ use super::summary::totals;
 
 /// Renders a scene.
 ///
-/// Pixels are linear RGB radiance. What an output file is called decides what it is: .exr and .npy (float32, height ×
-/// width × 3) hold all values as they are, .png is sRGB, clamped to [0, 1], without exposure or tone curve.
+/// Pixels are linear RGB radiance. The extension of an output file sets its format: .exr and .npy (float32,
+/// height × width × 3) have the unchanged values; .png is sRGB, clamped to [0, 1], without exposure or tone
+/// curve.
 ///
-/// The samples are independent of those of `volume3d gradient` at the same --seed: its adjoint may be computed from this
-/// image.
+/// The samples are independent of those of `volume3d gradient` with the same --seed, so an adjoint may be
+/// computed from this image.
 ///
 /// Example: volume3d render scene.xml -o image.exr --stderr error.exr --spp 1024 -D width=640
 #[derive(Args, Debug)]
@@ -29,15 +30,15 @@ pub(super) struct Options {
     /// The image: .exr, .npy or .png.
     #[arg(short, long, value_name = "OUT.exr")]
     output: PathBuf,
-    /// A picture besides.
+    /// A picture of the image, in addition.
     #[arg(long, value_name = "OUT.png")]
     png: Option<PathBuf>,
-    /// The standard error of every pixel, estimated from 8 independent groups of samples (as many as there
-    /// are samples if these are fewer). Pixels have noise in common, so that the error of a sum of pixels
-    /// does not follow from theirs; that of the whole is printed.
+    /// The standard error of each pixel, from 8 independent groups of samples (fewer if there are fewer
+    /// samples). Errors of pixels are correlated, so they do not give the error of a sum of pixels; that of
+    /// the whole image is printed.
     #[arg(long = "stderr", value_name = "ERR.exr")]
     standard_error: Option<PathBuf>,
-    /// Samples a pixel; the scene's sample_count unless given.
+    /// Samples per pixel [default: sample_count of the scene].
     #[arg(long, value_name = "N", value_parser = samples)]
     spp: Option<usize>,
     #[command(flatten)]

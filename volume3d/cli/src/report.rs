@@ -1,4 +1,4 @@
-//! What a command returns: the text printed at its end, its outcome, and errors in the use of options.
+//! The result of a command: its final text and outcome; errors in the use of options.
 
 use std::fmt;
 use std::process::ExitCode;
@@ -35,7 +35,7 @@ impl From<Outcome> for ExitCode {
 /// The exit status of a check that noise leaves undecided.
 const OPEN: u8 = 3;
 
-/// Options that exclude or require one another; the program prints it as it prints errors of its option parser.
+/// Options that exclude or require one another; printed like the errors of the option parser.
 #[derive(Debug)]
 pub(crate) struct Usage {
     pub(crate) command: &'static str,

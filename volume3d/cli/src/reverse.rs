@@ -22,7 +22,7 @@ use super::signals;
 use super::summary::{INTERIOR, NOTHING_SEEN, outlier};
 use super::{contact, session};
 
-/// The options of `volume3d gradient` that reverse mode heeds.
+/// The options of `volume3d gradient` that apply to reverse mode.
 pub(super) struct Request<'o> {
     pub(super) scene: &'o SceneOptions,
     pub(super) run: &'o RunOptions,
@@ -33,7 +33,7 @@ pub(super) struct Request<'o> {
     pub(super) budget: &'o Budget,
 }
 
-/// Pilots of which the spread is taken.
+/// Number of pilot runs whose spread estimates the noise.
 const RUNS: u64 = 4;
 
 pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
@@ -65,7 +65,7 @@ pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
         let arrays = arrays(&parameters, scene, &gradient.by_parameter);
         arrays.into_iter().flat_map(|array| array.values).collect()
     };
-    // Runs whose spread tells the noise of one of them.
+    // The spread of these runs is the noise of one of them.
     let plan = request.budget.plan(scene, request.run.seed, |samples, seed| {
         let start = Instant::now();
         let (estimator, _) = choose(samples, seed)?;
@@ -85,7 +85,7 @@ pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
     let mut text = plan.text + &chosen;
     text += &format!("{} × {} pixels, {samples} spp, {seconds:.2} s\n", adjoint.width, adjoint.height);
     if let Some(foreseen) = plan.foreseen {
-        text += &format!("its error is about {} of the gradient, by the pilot\n", percent(foreseen));
+        text += &format!("its predicted error is {} of the gradient, from the pilot\n", percent(foreseen));
     }
     text += &located_samples(&gradient.non_finite);
     text += &lost(gradient.traces, samples * adjoint.width * adjoint.height);
@@ -120,14 +120,14 @@ pub(super) fn run(request: &Request<'_>) -> anyhow::Result<Report> {
 }
 
 impl Request<'_> {
-    /// A file for every parameter.
+    /// An output file for each parameter.
     fn outputs(&self) -> anyhow::Result<Vec<PathBuf>> {
         let (output, count) = (self.output, self.parameters.len());
         if output.is_dir() {
             return Ok(self.parameters.iter().map(|p| output.join(p.file_name())).collect());
         }
         if count > 1 {
-            bail!("{count} parameters need a folder, but {} is none; make it first", output.display());
+            bail!("{count} parameters need a folder, but {} is not one; create it first", output.display());
         }
         check_array(output)?;
         Ok(vec![output.to_path_buf()])
@@ -147,7 +147,7 @@ fn read_adjoint(path: &Path) -> anyhow::Result<Image> {
     if let Some(at) = image.pixels.iter().position(|p| !p.is_finite()) {
         let (x, y) = (at % image.width, at / image.width);
         bail!(
-            "{}: the adjoint in column {x}, row {y} (from the top left, from 0) is not finite",
+            "{}: the adjoint in column {x}, row {y} (counted from 0 at the top left) is not finite",
             path.display()
         );
     }
@@ -158,7 +158,7 @@ fn check_size(path: &Path, adjoint: &Image, scene: &Scene) -> anyhow::Result<()>
     let (width, height) = scene.size();
     if (adjoint.width, adjoint.height) != (width, height) {
         let (w, h) = (adjoint.width, adjoint.height);
-        bail!("{}: the adjoint has {w} × {h} pixels, but the film {width} × {height}", path.display());
+        bail!("{}: the adjoint has {w} × {h} pixels, but the film has {width} × {height}", path.display());
     }
     Ok(())
 }

@@ -15,16 +15,16 @@ use super::report::{Outcome, Report};
 use super::session::Threads;
 use super::signals;
 
-/// Makes a grid of signed distances from a triangle mesh, or a mesh from such a grid.
+/// Converts a triangle mesh to a grid of signed distances, or such a grid to a mesh.
 ///
-/// A node's value is its distance to the mesh, negative inside. What is inside is decided by the winding number, which closes holes:
-/// nodes of which it is not sure are counted, and a warning says so. A mesh whose triangles are turned both ways should be turned one
-/// way before.
+/// Mesh to grid: the value of a node is its distance to the mesh, negative inside. The inside is where the
+/// winding number says so, which closes holes; a warning counts the nodes where it is ambiguous. Orient the
+/// triangles consistently first.
 ///
-/// The other way, the mesh is where the values are 0, interpolated between eight nodes: closed, and flat shaded.
+/// Grid to mesh: the mesh is the zero level set of the trilinear interpolant, closed and flat shaded.
 ///
-/// Grids are binary volumes of Mitsuba 3 (.vol, float32), whose bounding box is in the mesh's own coordinates. Twice the
-/// resolution takes eight times the time and memory: 64 a second, 128 a few.
+/// Grids are binary volumes of Mitsuba 3 (.vol, float32). The bounding box is in the coordinates of the mesh.
+/// Twice the resolution takes eight times the time and memory; 64 takes a second, 128 a few.
 #[derive(Args, Debug)]
 pub(super) struct Options {
     /// A mesh (.obj, .ply) or a grid (.vol).
@@ -33,18 +33,19 @@ pub(super) struct Options {
     /// The grid (.vol) of a mesh, or the mesh (.obj, .ply) of a grid.
     #[arg(short, long, value_name = "OUTPUT")]
     output: PathBuf,
-    /// Cells along the longest side, 1 to 1600 of a grid and 1 to 1024 for a mesh: 64 unless given, and as many as the grid has. A part
-    /// thinner than two cells is lost; a warning says how much of the mesh's area.
+    /// Cells along the longest side: 1 to 1600 for a grid, 1 to 1024 for a mesh [default: 64 for a grid; the
+    /// resolution of the grid for a mesh]. Parts thinner than two cells are lost; a warning states their
+    /// share of the mesh's area.
     #[arg(long, value_name = "CELLS")]
     resolution: Option<usize>,
-    /// Empty space on all sides of a mesh, as a part of its longest side. 0.1 unless given.
+    /// Empty space on each side of a mesh, relative to its longest side [default: 0.1].
     #[arg(long, value_name = "PART", allow_negative_numbers = true)]
     margin: Option<f64>,
     #[command(flatten)]
     threads: Threads,
 }
 
-/// Cells along the longest side of a mesh, and space around it.
+/// Default resolution and margin of a grid.
 const DEFAULTS: (usize, f64) = (64, 0.1);
 
 pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
@@ -55,11 +56,11 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     let is_grid = |path: &Path| kind(path) == "vol";
     match (is_grid(input), is_grid(output)) {
         (true, true) => bail!("{} and {} are both grids", input.display(), output.display()),
-        (false, false) => bail!("{}: the grid of a mesh is written as .vol", output.display()),
+        (false, false) => bail!("{}: a grid is written as .vol", output.display()),
         (true, false) if !["obj", "ply"].contains(&kind(output).as_str()) => {
             bail!("{}: a mesh is written as .obj or .ply", output.display())
         }
-        (true, false) if options.margin.is_some() => bail!("--margin is for grids of meshes"),
+        (true, false) if options.margin.is_some() => bail!("--margin applies to grids only"),
         _ => {}
     }
     check_place(output)?;
@@ -88,8 +89,8 @@ fn to_grid(options: &Options) -> anyhow::Result<String> {
     }
     if lost > 0.0 {
         text += &format!(
-            "WARNING: {:.3} % of the mesh's area has no surface in the grid: parts or gaps there are thinner than two cells, \
-             {:.3e}; take a larger --resolution, or make them thicker\n",
+            "WARNING: {:.3} % of the mesh's area has no surface in the grid: parts or gaps there are thinner than two \
+             cells, {:.3e}; raise --resolution, or make them thicker\n",
             100.0 * lost,
             2.0 * grid.spacing().max_element()
         );
@@ -98,15 +99,15 @@ fn to_grid(options: &Options) -> anyhow::Result<String> {
     let (extent, wanted) = (grid.high() - grid.low(), (high - low).max_element() * (1.0 + 2.0 * margin));
     if extent.max_element() > 1.1 * wanted {
         text += &format!(
-            "WARNING: so far from the origin, single precision makes the box {:.2} times as long as asked for, and cells too; \
-             move the mesh towards the origin for finer ones\n",
+            "WARNING: so far from the origin, rounding to single precision makes the bounding box {:.2} times as long as \
+             requested, and the cells too; move the mesh towards the origin\n",
             extent.max_element() / wanted
         );
     }
     if doubtful > 0 {
         text += &format!(
-            "WARNING: {doubtful} of {count} nodes are doubtful: the mesh is open there, or its triangles are turned both \
-             ways; look at the surface near them, or mend the mesh\n"
+            "WARNING: {doubtful} of {count} nodes have an ambiguous sign: the mesh is open there, or its triangles are not \
+             oriented consistently; inspect the surface there, or repair the mesh\n"
         );
     }
     Ok(text)

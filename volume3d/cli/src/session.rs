@@ -18,7 +18,7 @@ use volume3d::scene::{Scene, TraceCounts};
 use super::file_kind::read_scene_file;
 use super::{memory, signals};
 
-/// Samples that were not finite and are named; of the others only the number is told.
+/// Samples that were not finite and whose positions are listed, at most.
 const NAMED: usize = 5;
 
 #[derive(Args, Debug)]
@@ -26,22 +26,21 @@ pub(super) struct SceneOptions {
     /// The scene: Mitsuba XML.
     #[arg(value_name = "SCENE.xml")]
     scene: PathBuf,
-    /// Gives $name in the scene a value, before its <default>. May be repeated.
+    /// Sets $NAME in the scene, instead of its <default>. May be repeated.
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = definition)]
     define: Vec<(String, String)>,
-    /// Another size of the film for the same view: the scene's field of view keeps its meaning along the axis it is given
-    /// for.
+    /// Film size, for the same view: the field of view applies along the axis for which the scene gives it.
     #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = size)]
     size: Option<(usize, usize)>,
-    /// Replaces or leaves out what is not supported, and says so on standard error, in place of an error. The image is then
-    /// another one than the scene's.
+    /// Replaces or ignores unsupported parts of the scene instead of failing, and lists them on standard
+    /// error. The image then differs from that of the scene.
     #[arg(long)]
     lenient: bool,
 }
 
 #[derive(Args, Debug)]
 pub(super) struct RunOptions {
-    /// The seed of everything random. The same seed gives the same bits at any number of threads.
+    /// The seed of all random numbers. The same seed gives bit-identical results with any number of threads.
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub(super) seed: u64,
     #[command(flatten)]
@@ -50,7 +49,7 @@ pub(super) struct RunOptions {
 
 #[derive(Args, Debug)]
 pub(super) struct Threads {
-    /// Threads to compute with; all of the machine's unless given.
+    /// Number of threads [default: all of the machine].
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u32).range(1..=1024))]
     threads: Option<u32>,
 }
@@ -69,13 +68,13 @@ fn size(text: &str) -> Result<(usize, usize), String> {
     sides.ok_or_else(|| "expected WIDTHxHEIGHT, whole numbers from 1 to 65536".to_owned())
 }
 
-/// A scene, and every file that was read for it.
+/// A scene, with the files that were read for it.
 pub(super) struct Loaded {
     pub(super) scene: Scene,
     pub(super) files: Vec<PathBuf>,
-    /// What was read in another way than it may have been meant.
+    /// Notes about parts of the file that may be read differently than intended.
     pub(super) notes: Vec<Note>,
-    /// Of these, what makes the image another one: for every run, and for its results.
+    /// The notes that change the image: printed, and stored with results.
     pub(super) deviations: Vec<String>,
 }
 
@@ -84,7 +83,7 @@ impl SceneOptions {
         &self.scene
     }
 
-    /// As they are given.
+    /// The options as words of a command line.
     pub(super) fn words(&self) -> Vec<String> {
         let define = |(name, value): &(String, String)| ["-D".to_owned(), format!("{name}={value}")];
         let size = self.size.map(|(width, height)| ["--size".to_owned(), format!("{width}x{height}")]);
@@ -130,28 +129,29 @@ impl Loaded {
         Ok(Self { scene, files: files.into_inner(), notes, deviations })
     }
 
-    /// Says on the standard error what makes the image another one.
+    /// Prints the deviations on standard error.
     pub(super) fn say_deviations(&self) {
         self.deviations.iter().for_each(|note| say(&format!("note: {note}\n")));
     }
 }
 
-/// What a gradient with its terms keeps of a pixel at most: two tables of 15 numbers of eight bytes, the images of its noise, and the
-/// images and files that are made of them.
+/// Memory of a gradient with its terms per pixel, at most, in bytes: two tables of 15 numbers, the images of
+/// its noise, and the output images and files.
 const BYTES_A_PIXEL: usize = 584;
 
-/// The same of a rendering, measured with 2.4 million pixels.
+/// Memory of a rendering per pixel, in bytes; measured with 2.4 million pixels.
 const BYTES_OF_A_RENDERING: usize = 100;
 
-/// Bytes for each triangle until a scene can be rendered: measured with 980,000 triangles of
-/// one mesh. Gradients take more.
+/// Memory of a scene per triangle, in bytes; measured with one mesh of 980,000 triangles. Gradients take
+/// more.
 const BYTES_A_TRIANGLE: usize = 480;
 
-/// Bytes of memory for each byte of a grid's file until it can be traced: itself, nodes in double precision, and two flags for
-/// each, while the file is no longer there.
+/// Memory of a grid per byte of its file: nodes in double precision, and two flags each. The file itself has
+/// been released by then.
 const BYTES_OF_A_GRID: u64 = 3;
 
-/// Refuses files that are larger than what can be had, before they are read; grids with what is made of them.
+/// Refuses files that do not fit into the available memory, before they are read; for a grid, with the data
+/// made from it.
 fn check_file(path: &Path) -> std::io::Result<()> {
     let is_grid = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("vol"));
     let bytes = std::fs::metadata(path)?.len();
@@ -160,7 +160,7 @@ fn check_file(path: &Path) -> std::io::Result<()> {
         Some(available) if needed > available as u64 => Err(std::io::Error::new(
             std::io::ErrorKind::OutOfMemory,
             format!(
-                "it takes {} of memory, and there is {} to be had",
+                "it needs {} of memory, and {} is available",
                 size_of_memory(usize::try_from(needed).unwrap_or(usize::MAX)),
                 size_of_memory(available)
             ),
@@ -169,12 +169,12 @@ fn check_file(path: &Path) -> std::io::Result<()> {
     }
 }
 
-/// Refuses meshes that are larger than what can be had, before hierarchies are built over them.
+/// Refuses meshes that do not fit into the available memory, before hierarchies are built over them.
 fn check_triangles(path: &Path, triangles: usize) -> anyhow::Result<()> {
     let needed = triangles.saturating_mul(BYTES_A_TRIANGLE).saturating_sub(memory::resident());
     match memory::available() {
         Some(available) if needed > available => bail!(
-            "{}: its {triangles} triangles take {} more of memory, and there is {} to be had",
+            "{}: its {triangles} triangles need {} more memory, and {} is available",
             path.display(),
             size_of_memory(needed),
             size_of_memory(available)
@@ -191,7 +191,7 @@ fn check_memory(path: &Path, scene: &Scene) -> anyhow::Result<()> {
     check_pixels(path, scene.size(), BYTES_OF_A_RENDERING)
 }
 
-/// Refuses images whose gradients are larger than what can be had, before any work.
+/// Refuses images whose gradients do not fit into the available memory, before any work.
 pub(super) fn check_size(path: &Path, size: (usize, usize)) -> anyhow::Result<()> {
     check_pixels(path, size, BYTES_A_PIXEL)
 }
@@ -200,25 +200,25 @@ fn check_pixels(path: &Path, (width, height): (usize, usize), each: usize) -> an
     let needed = width.saturating_mul(height).saturating_mul(each);
     if let Some(available) = memory::available().filter(|available| needed > *available) {
         bail!(
-            "{}: an image of {width} × {height} pixels may take {} of memory, more than the {} to be had; render it in parts, \
-             by the film's crop_width, crop_height, crop_offset_x and crop_offset_y",
+            "{}: an image of {width} × {height} pixels may need {} of memory, more than the available {}; render it in \
+             parts, with the film's crop_width, crop_height, crop_offset_x and crop_offset_y",
             path.display(),
             size_of_memory(needed),
             size_of_memory(available)
         );
     }
-    // No command keeps less of a pixel than its colour.
+    // Every command stores at least the colour of each pixel.
     let colours = Vec::<[f64; 3]>::new().try_reserve_exact(width * height);
     colours.map_err(|error| anyhow!("{}: an image of {width} × {height} pixels: {error}", path.display()))?;
     Ok(())
 }
 
-/// Writes on the standard error, where it can be written to.
+/// Writes to standard error; failures are ignored.
 pub(super) fn say(text: &str) {
     let _ = std::io::stderr().write_all(text.as_bytes());
 }
 
-/// What is to be known of shapes whose gradients are asked for: which of them are meshes of something else.
+/// The notes that matter for geometric gradients: which shapes are meshes of something else.
 pub(super) fn geometric(notes: &[Note]) -> String {
     notes.iter().filter(|note| note.is_geometric).map(|note| format!("note: {}\n", note.text)).collect()
 }
@@ -242,29 +242,30 @@ impl Threads {
     }
 }
 
-/// Progress that nobody sees, but which stops at a signal.
+/// Progress without a bar, which stops at a signal.
 pub(super) fn silent() -> Progress {
     Progress::none().until(signals::is_asked)
 }
 
-/// A bar on the standard error, if that is a terminal; it vanishes at its end.
+/// A progress bar on standard error, if that is a terminal; removed when dropped.
 pub(super) struct Bar(ProgressBar);
 
 impl Bar {
     pub(super) fn new(steps: usize, what: &'static str) -> Self {
-        let style = ProgressStyle::with_template("{msg} {bar:32} {percent:>3}%  {elapsed} gone, {eta} to go")
-            .unwrap_or_else(|_| ProgressStyle::default_bar());
+        let style =
+            ProgressStyle::with_template("{msg} {bar:32} {percent:>3}%  {elapsed} elapsed, {eta} left")
+                .unwrap_or_else(|_| ProgressStyle::default_bar());
         let bar = ProgressBar::new(steps as u64).with_style(style).with_message(what);
         bar.enable_steady_tick(Duration::from_millis(200));
         Self(bar)
     }
 
-    /// Follows one computation through all its stages.
+    /// Shows the progress of one computation, stage by stage.
     pub(super) fn progress(&self) -> Progress {
         self.timed(&Clock::default())
     }
 
-    /// The same, and tells how long the stages take.
+    /// Like [`progress`](Self::progress), and measures the duration of the stages with `clock`.
     pub(super) fn timed(&self, clock: &Clock) -> Progress {
         let (start, step) = (self.0.clone(), self.0.clone());
         let (started, stepped) = (clock.clone(), clock.clone());
@@ -284,7 +285,7 @@ impl Bar {
         self.advance(1);
     }
 
-    /// Says something on the standard error, above the bar.
+    /// Prints a line on standard error, above the bar.
     pub(super) fn say(&self, text: &str) {
         self.0.suspend(|| say(&format!("{text}\n")));
     }
@@ -293,7 +294,7 @@ impl Bar {
         self.0.inc(steps as u64);
     }
 
-    /// So many steps are done in all.
+    /// Sets the number of finished steps.
     pub(super) fn reach(&self, steps: usize) {
         self.0.set_position(steps as u64);
     }
@@ -305,15 +306,15 @@ impl Drop for Bar {
     }
 }
 
-/// How long the stages of a computation take, without what prepares them.
+/// The duration of the stages of a computation, without the preparation before each.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Clock(Arc<Mutex<Stages>>);
 
 #[derive(Debug, Default)]
 struct Stages {
-    /// Of those before.
+    /// The sum over finished stages.
     whole: Duration,
-    /// When the last one began, and its last step ended.
+    /// Start of the current stage, and end of its last step.
     last: Option<(Instant, Instant)>,
 }
 
@@ -341,34 +342,36 @@ impl Stages {
     }
 }
 
-/// One line of warning if more than a thousandth of samples lost a ray at an implicit surface, one may have
-/// passed through, or one met it where its slope biases gradients.
+/// A line of warnings about rays at implicit surfaces: if more than 1 in 1000 samples lost a ray, if a ray
+/// may have passed through a surface, or if a ray met one where its slope biases gradients.
 pub(super) fn lost(traces: TraceCounts, samples: usize) -> String {
     let TraceCounts { out_of_steps, too_steep, too_flat } = traces;
     let mut found = vec![];
     if out_of_steps as f64 > 1e-3 * samples as f64 {
         found.push(format!(
-            "{out_of_steps} rays, for {samples} samples, ran out of steps and count as misses, which biases silhouettes (is φ far \
-             below the distance?)"
+            "{out_of_steps} rays, for {samples} samples, ran out of steps and count as misses, which biases silhouettes \
+             (is φ far below the distance?)"
         ));
     }
     if too_steep > 0 {
         found.push(format!(
-            "{too_steep} met φ with a slope above its bound and may have passed through (state a larger bound, or make φ a distance)"
+            "{too_steep} found φ steeper than its bound and may have passed through (state a larger bound, or make φ a \
+             distance)"
         ));
     }
     if too_flat > 0 {
         found.push(format!(
-            "{too_flat} hit it where φ has a slope below 0.7, which biases gradients (make φ a distance, in the units of the scene)"
+            "{too_flat} hit it where φ has a slope below 0.7, which biases gradients (make φ a distance in scene units)"
         ));
     }
     if found.is_empty() {
         return String::new();
     }
-    format!("WARNING: of the rays at implicit surfaces {}\n", found.join("; "))
+    format!("WARNING: rays at implicit surfaces: {}\n", found.join("; "))
 }
 
-/// The same with a picture of where, beside an output: white is where most rays were lost.
+/// Like [`lost`], with a picture of the lost rays next to an output file; the pixel with most of them is
+/// white.
 pub(super) fn lost_with_picture(
     traces: TraceCounts,
     lost_rays: Option<&Image>,
@@ -376,23 +379,20 @@ pub(super) fn lost_with_picture(
     output: &Path,
 ) -> anyhow::Result<String> {
     let mut text = lost(traces, samples);
-    // Slopes that are too low lose no ray.
+    // Slopes that are too small lose no rays.
     let is_about_rays = !lost(TraceCounts { too_flat: 0, ..traces }, samples).is_empty();
     if let (true, Some(image)) = (is_about_rays, lost_rays) {
         let most = image.pixels.iter().map(|p| p.x).fold(0.0, f64::max);
         let stem = output.file_stem().unwrap_or_default().to_string_lossy();
         let path = output.with_file_name(format!("{stem}_lost_rays.png"));
         write_png(&path, &image.with_pixels(image.pixels.iter().map(|p| *p / most).collect()))?;
-        let _ = writeln!(
-            text,
-            "where they were lost: {}; white is {most} rays of a pixel's samples",
-            path.display()
-        );
+        let _ =
+            writeln!(text, "picture of the lost rays: {}; white is {most} rays per pixel", path.display());
     }
     Ok(text)
 }
 
-/// Where samples were not finite, or nothing if they all were.
+/// A line with the positions of samples that were not finite; empty if there are none.
 pub(super) fn located(non_finite: &[NonFinite]) -> String {
     let mut text = String::new();
     if let Some(first) = non_finite.get(..NAMED.min(non_finite.len())).filter(|f| !f.is_empty()) {

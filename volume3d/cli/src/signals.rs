@@ -1,7 +1,7 @@
-//! Ctrl-C, SIGTERM and SIGHUP: the program ends in order.
+//! Ctrl-C, SIGTERM and SIGHUP end the program in order.
 //!
-//! What computes looks whether it is to stop. What prepares a scene does not, and may take minutes: while
-//! nothing would be lost the program is ended where it is, a moment later.
+//! Computations check whether to stop. Preparations of a scene do not, and may take minutes: while nothing
+//! would be lost, the program exits shortly after a signal, wherever it is.
 
 use std::io::Write as _;
 use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
@@ -15,20 +15,20 @@ use volume3d::optimize::ObjectiveError;
 /// Set by the first signal.
 pub(super) static STOP: AtomicBool = AtomicBool::new(false);
 
-/// The status of a program ended by Ctrl-C, 128 + SIGINT; by another signal it is 128 + its number.
+/// The exit status after Ctrl-C, 128 + SIGINT; for other signals it is 128 + their number.
 const INTERRUPTED: i32 = 130;
 
-/// The status to end with.
+/// The exit status to use.
 static STATUS: AtomicI32 = AtomicI32::new(INTERRUPTED);
 
-/// Time that the program has to end in order.
+/// Time for the program to end in order.
 const MOMENT: Duration = Duration::from_millis(500);
 
-/// What is said where the program is ended wherever it is; nothing while files are written, or a state is
-/// to be kept.
+/// The message printed if the program exits wherever it is; nothing while files are written or a state must
+/// be kept.
 static FAREWELL: Mutex<Option<String>> = Mutex::new(None);
 
-/// Message if a run ends without a result.
+/// The message of a run that ends without a result.
 pub(super) const NOTHING: &str = "stopped; nothing was written";
 
 fn farewell() -> MutexGuard<'static, Option<String>> {
@@ -48,7 +48,7 @@ fn received(status: i32) {
     }
     std::thread::spawn(move || {
         std::thread::sleep(MOMENT);
-        // Who holds it cannot begin to write.
+        // While this lock is held, no writing can begin.
         let farewell = farewell();
         if let Some(words) = &*farewell {
             let _ = writeln!(std::io::stderr(), "{words}");
@@ -57,22 +57,22 @@ fn received(status: i32) {
     });
 }
 
-/// The status of a program that was ended by a signal.
+/// The exit status after a signal.
 pub(super) fn status() -> u8 {
     STATUS.load(Ordering::Relaxed) as u8
 }
 
-/// Whether a signal came.
+/// Whether a signal was received.
 pub(super) fn is_asked() -> bool {
     STOP.load(Ordering::Relaxed)
 }
 
-/// Ends here if a signal came in the meantime.
+/// An error if a signal was received.
 pub(super) fn stop_if_asked() -> Result<(), Stopped> {
     if is_asked() { Err(Stopped) } else { Ok(()) }
 }
 
-/// Whether an error answers a signal.
+/// Whether an error is due to a signal.
 pub(super) fn is_stop(error: &anyhow::Error) -> bool {
     let gradient = error.downcast_ref::<ObjectiveError>().and_then(|e| match e {
         ObjectiveError::Gradient(e) => Some(e),
@@ -82,14 +82,14 @@ pub(super) fn is_stop(error: &anyhow::Error) -> bool {
     error.is::<Stopped>() || matches!(gradient, Some(GradientError::Stopped(_)))
 }
 
-/// From here on files are written, or a state is to be kept: a signal no longer ends the program wherever
-/// it is. Ends here if one came before.
+/// From here on, a signal does not exit the program wherever it is, because files are written or a state must
+/// be kept. An error if a signal was received before.
 pub(super) fn hold() -> Result<(), Stopped> {
     *farewell() = None;
     stop_if_asked()
 }
 
-/// From here on nothing would be lost.
+/// From here on, a signal exits the program with this message, because nothing would be lost.
 pub(super) fn release(words: &str) {
     *farewell() = Some(words.to_owned());
 }
@@ -101,7 +101,7 @@ mod platform {
 
     pub(super) fn listen() -> std::io::Result<()> {
         let mut signals = Signals::new([SIGINT, SIGTERM])?;
-        // `nohup` has it ignored, and a run that it starts is to outlive its terminal.
+        // `nohup` ignores it, so that its program outlives the terminal.
         if !is_ignored(SIGHUP) {
             signals.add_signal(SIGHUP)?;
         }
@@ -111,7 +111,7 @@ mod platform {
         Ok(())
     }
 
-    /// As Linux reports it; true where it reports nothing.
+    /// As reported by Linux; true if not reported.
     fn is_ignored(signal: i32) -> bool {
         let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
         let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));

@@ -1,23 +1,23 @@
-//! A scene and a fit around one mesh, as text.
+//! The text of a scene and of a fit around one mesh.
 
 use glam::DVec3;
 
-/// The direction upwards.
+/// The upward direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Up {
     Y,
     Z,
 }
 
-/// Ratio of the distance from the origin to the radius beyond which a mesh is moved to the origin, where
+/// Ratio of the distance from the origin to the radius above which a mesh is moved to the origin, where
 /// coordinates have more digits.
 const FAR: f64 = 1e3;
-/// Radii within which a mesh keeps its units.
+/// Range of radii within which a mesh keeps its units.
 const SIZES: [f64; 2] = [1e-4, 1e4];
 
 /// Half the camera's field of view, in degrees.
 const HALF_VIEW: f64 = 20.0;
-/// Room around the mesh's ball in the picture, so that it stays in view as it moves.
+/// Room around the mesh's bounding ball in the picture, so that it stays in view as it moves.
 const ROOM: f64 = 1.15;
 
 /// A mesh with camera, ground, lamp and sky.
@@ -28,9 +28,9 @@ pub(super) struct Stage {
     /// The mesh's file, relative to the scene.
     file: String,
     up: Up,
-    /// Movement and scale of the mesh before all else, if it needs them.
+    /// Translation, then scale, applied to the mesh before all else, if necessary.
     placed: Option<(DVec3, f64)>,
-    /// The box of the mesh in the scene: its middle and half its diagonal.
+    /// The centre of the mesh's bounding box in the scene, and half its diagonal.
     centre: DVec3,
     radius: f64,
     /// The height of its lowest point.
@@ -38,7 +38,7 @@ pub(super) struct Stage {
 }
 
 impl Stage {
-    /// For a mesh in a box, read from a file by a plugin.
+    /// For a mesh with a bounding box, read from a file by a plugin.
     pub(super) fn new(
         id: &str,
         plugin: &'static str,
@@ -61,7 +61,7 @@ impl Stage {
         Self { id, plugin, file, up, placed, centre, radius: scale * radius, lowest }
     }
 
-    /// Right, up and towards the viewer.
+    /// The directions right, up and towards the viewer.
     fn axes(&self) -> [DVec3; 3] {
         match self.up {
             Up::Y => [DVec3::X, DVec3::Y, DVec3::Z],
@@ -69,7 +69,7 @@ impl Stage {
         }
     }
 
-    /// A point by its coordinates along the axes from the middle of the mesh, in radii.
+    /// A point by its coordinates along the axes, relative to the centre of the mesh, in radii.
     fn point(&self, right: f64, up: f64, front: f64) -> DVec3 {
         self.centre + self.vector(right, up, front)
     }
@@ -79,7 +79,7 @@ impl Stage {
         self.radius * (right * x + up * y + front * z)
     }
 
-    /// A number with four digits of the radius.
+    /// A number rounded to four digits relative to the radius.
     fn short(&self, x: f64) -> String {
         let decimals = (3.0 - self.radius.log10().floor()).max(0.0) as usize;
         let text = format!("{x:.decimals$}");
@@ -91,20 +91,20 @@ impl Stage {
         v.to_array().map(|x| self.short(x)).join(", ")
     }
 
-    /// A motion along the picture, a tenth of the mesh long.
+    /// A motion to the right, by a fifth of the radius.
     pub(super) fn motion(&self) -> String {
         self.shorts(self.vector(0.2, 0.0, 0.0)).replace(", ", ",")
     }
 
-    /// Translation and scale of the mesh.
+    /// A note about the translation and scale of the mesh.
     pub(super) fn moved(&self) -> Option<String> {
         let (shift, scale) = self.placed?;
         let DVec3 { x, y, z } = shift;
         let what = format!("the scene moves `{}` to the origin, by ({x}, {y}, {z})", self.id);
         Some(if scale == 1.0 {
-            format!("{what}, as it is far from there for its size")
+            format!("{what}, because it is far away relative to its size")
         } else {
-            format!("{what}, and scales it by {scale:e}: units of the scene are those of a mesh of radius 1")
+            format!("{what}, and scales it by {scale:e}: in units of the scene the mesh has radius 1")
         })
     }
 
@@ -129,7 +129,7 @@ impl Stage {
         let above = self.centre.dot(up);
         let ground = self.centre - above * up + (self.lowest - 0.05 * self.radius) * up;
         format!(
-            r#"<!-- `{id}` on a ground, under a lamp and a grey sky. -->
+            r#"<!-- `{id}` on a ground, with a lamp and a grey sky. -->
 <scene version="3.0.0">
     <default name="size" value="128"/>
     <integrator type="path">
@@ -192,20 +192,20 @@ impl Stage {
         )
     }
 
-    /// The fit, as TOML; how its file and the folder of its run are written on a command line.
+    /// The fit, as TOML. `file` and `run`: its path and the folder of its run, as words of a command line.
     pub(super) fn fit(&self, file: &str, run: &str) -> String {
         format!(
-            r#"# Where is `{id}`? It starts beside its place and turned, and is found by a picture of where it should be.
+            r#"# The pose of `{id}`: it starts moved and rotated, and is fitted to a picture of its true pose.
 #
 #   volume3d fit {file} -o {run}
 #
 # `volume3d fit --example` shows all keys.
 scene = "scene.xml"
-define = {{ size = "64" }}           # for $size in the scene: pixels along each side
+define = {{ size = "64" }}           # $size in the scene: pixels along each side
 steps = 60
 gradient = {{ spp = 8, image_spp = 16 }}
 
-# The picture is rendered from the scene itself. With a photograph instead, this stands for [reference]:
+# The target is rendered from the scene itself. For a photograph, replace [reference] by:
 #   [[view]]
 #   target = "photograph.png"
 [reference]
@@ -215,7 +215,7 @@ spp = 256
 
 [[parameter]]
 name = "{id}.translation"          # in units of the scene
-rate = {rate}                      # about the size of a step
+rate = {rate}                      # size of a step, approximately
 start = [{start}]
 
 [[parameter]]
@@ -234,7 +234,7 @@ start = [{turn}]
     }
 }
 
-/// A text as the value of an attribute of a scene, in which $ begins a name.
+/// Escapes text for an attribute of a scene, in which $ begins a name.
 fn in_attribute(text: &str) -> String {
     let text = text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
     text.replace('$', "\\$")

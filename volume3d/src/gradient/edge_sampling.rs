@@ -108,7 +108,8 @@ impl EdgeSampling {
     /// # Errors
     /// [`GradientError`]: `Unsupported` if geometry is active in front of ideal mirrors or under lights
     /// without extent, or such a light moves that casts shadows, `Adjoint` or
-    /// `NonFiniteAdjoint` if the adjoint image differs from the film in size or is not finite, `Samples` if there are none, and `Stopped`.
+    /// `NonFiniteAdjoint` if the adjoint image differs from the film in size or is not finite, `Samples` if
+    /// there are none, and `Stopped`.
     pub fn reverse(
         &self,
         scene: &Scene,

@@ -13,7 +13,8 @@
 //! let parameters = Parameters::new(scene, &["bunny.translation", "clay.reflectance"])?;
 //! let image = render(scene, 64, 0, &Progress::none())?.image;
 //! let (loss, adjoint) = Loss::L2.of(&image, target)?;
-//! let gradient = Estimator::auto(16, 1).reverse(scene, &adjoint, &parameters.active(scene), &Progress::none())?;
+//! let active = parameters.active(scene);
+//! let gradient = Estimator::auto(16, 1).reverse(scene, &adjoint, &active, &Progress::none())?;
 //! let gradient = parameters.gradient(scene, &parameters.values(scene), &gradient.by_parameter);
 //! # Ok(())
 //! # }

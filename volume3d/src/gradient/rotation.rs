@@ -72,7 +72,8 @@ impl Rotation {
     /// # Errors
     /// [`GradientError`]: `Unsupported` if geometry is active in front of ideal mirrors or under lights
     /// without extent, or such a light moves that casts shadows, `Adjoint` or
-    /// `NonFiniteAdjoint` if the adjoint image differs from the film in size or is not finite, `Samples` and `Warp` for parameters out of range, and `Stopped`.
+    /// `NonFiniteAdjoint` if the adjoint image differs from the film in size or is not finite, `Samples` and
+    /// `Warp` for parameters out of range, and `Stopped`.
     pub fn reverse(
         &self,
         scene: &Scene,

@@ -1,7 +1,7 @@
 //! Whole files: reading, decompression, and atomic writing.
 
 use std::fs::File;
-use std::io::{BufWriter, ErrorKind, Read, Write};
+use std::io::{BufReader, BufWriter, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 
 use super::Error;
@@ -22,13 +22,28 @@ const SMALL: u64 = 1 << 26;
 /// # Errors
 /// The errors of [`std::fs::read`], or [`ErrorKind::InvalidInput`] for a file that is not regular.
 pub fn read_bytes(path: &Path) -> std::io::Result<Vec<u8>> {
+    check_regular(path)?;
+    std::fs::read(path)
+}
+
+fn check_regular(path: &Path) -> std::io::Result<()> {
     // Opening a pipe blocks until a writer opens it.
     let kind = std::fs::metadata(path)?.file_type();
     if !kind.is_file() && !kind.is_dir() {
         let why = "it is a pipe or a device, and only regular files are read";
         return Err(std::io::Error::new(ErrorKind::InvalidInput, why));
     }
-    std::fs::read(path)
+    Ok(())
+}
+
+/// Opens a regular file of which only the beginning is needed.
+pub(super) fn open(path: &Path) -> Result<BufReader<File>, Error> {
+    let opened = check_regular(path).and_then(|()| File::open(path));
+    opened.map(BufReader::new).map_err(|source| Error::File {
+        action: "read",
+        path: path.to_path_buf(),
+        source,
+    })
 }
 
 /// [`read_bytes`] for UTF-8 text.

@@ -7,8 +7,11 @@ use std::path::Path;
 use flatland::sdf::shapes::Parametric;
 
 use super::dtu::parse_cameras;
+use super::mitsuba::parse_sensors;
+use super::views::{Frame, parse_colmap_binary, parse_colmap_text, parse_transforms, posed};
 use super::{MeshFormat, parse_network, parse_npy, parse_sdf, parse_serialized, read_image, read_scene};
 use crate::geometry::{Mesh, Normals};
+use crate::scene::Camera;
 use crate::sdf::Interpolation;
 
 /// OBJ, or its gzip.
@@ -82,6 +85,47 @@ pub fn cameras(bytes: &[u8]) {
     if let Ok(cameras) = parse_cameras(bytes, 3) {
         assert_eq!(cameras.len(), 3);
         assert!(cameras.iter().all(|camera| camera.center.is_finite() && camera.intrinsics.is_finite()));
+    }
+}
+
+/// `transforms.json`.
+pub fn transforms(bytes: &[u8]) {
+    if let Ok(frames) = parse_transforms(bytes, Path::new("fuzz.json")) {
+        check_frames(frames);
+    }
+}
+
+/// A COLMAP model as text or binary: the bytes are both of its files.
+pub fn colmap(bytes: &[u8]) {
+    let paths = [Path::new("cameras"), Path::new("images")];
+    // The first byte says where the second file begins.
+    let (at, rest) = bytes.split_first().map_or((0, bytes), |(at, rest)| (usize::from(*at), rest));
+    let (cameras, images) = rest.split_at(at.min(rest.len()));
+    for parse in [parse_colmap_text, parse_colmap_binary] {
+        if let Ok(frames) = parse([cameras, images], paths) {
+            check_frames(frames);
+        }
+    }
+}
+
+/// The sensors of a scene. There are no other files.
+pub fn sensors(bytes: &[u8]) {
+    let open = |_: &Path| Err(IoError::from(ErrorKind::NotFound));
+    if let Ok(sensors) = parse_sensors(bytes, Path::new("fuzz.xml"), &[], &open) {
+        for sensor in sensors {
+            assert!(sensor.camera.origin.is_finite() && sensor.width * sensor.height > 0);
+        }
+    }
+}
+
+/// Accepted frames are those of cameras, or are refused once their pictures are known.
+fn check_frames(frames: Vec<Frame>) {
+    for frame in frames {
+        if let Ok(view) = posed(frame, "fuzz.png".into(), None, (8, 6)) {
+            let Camera { origin, right, up, forward, field_of_view, .. } = view.camera;
+            assert!(origin.is_finite() && field_of_view > 0.0);
+            assert!((right.cross(forward) - up).length() < 1e-9, "{right} {up} {forward}");
+        }
     }
 }
 

@@ -12,6 +12,7 @@
 //! | arrays | NPY: [`read_npy`] | NPY: [`write_npy`] |
 //! | grids of signed distances | Mitsuba's binary volumes: [`read_sdf`] | the same: [`write_sdf`] |
 //! | pictures with masks and cameras | folders as [`dtu`] says: [`dtu::read_views`] | |
+//! | pictures with cameras | NeRF's `transforms.json`, COLMAP, DTU, sensors of Mitsuba: [`views::Views`] | |
 //! | networks | safetensors: [`read_network`] | the same: [`write_network`] |
 
 pub mod dtu;
@@ -31,6 +32,7 @@ mod polygon;
 mod sdf;
 mod serialized;
 mod soup;
+pub mod views;
 
 #[cfg(test)]
 mod tests;
@@ -39,16 +41,17 @@ use std::path::Path;
 
 pub use self::error::{
     ArrayProblem, At, DtuProblem, Error, GridProblem, ImageProblem, MemoryError, MeshProblem, NetworkProblem,
-    Place, SceneProblem,
+    Place, SceneProblem, ViewsProblem,
 };
 pub use self::files::{destination, read_bytes, read_text, write_bytes};
 pub use self::image::{
-    Encoding, covered, encode_png, encode_signed_png, load_image, load_image_over, read_exr, read_image,
-    signed_colour, signed_range, write_animation, write_exr, write_exr_with_comments, write_png,
+    Encoding, covered, encode_png, encode_signed_png, image_size, load_image, load_image_over, read_exr,
+    read_image, signed_colour, signed_range, write_animation, write_exr, write_exr_with_comments, write_png,
     write_png_with_comments, write_signed_png, write_signed_png_with_comments,
 };
 pub use self::mitsuba::{
-    Note, ReadOptions, load_scene, load_scene_with, read_scene, read_scene_with, write_scene,
+    Note, PosedSensor, ReadOptions, load_scene, load_scene_with, load_sensors, read_scene, read_scene_with,
+    write_scene,
 };
 pub use self::network::{parse_network, read_network, write_network};
 pub use self::npy::{Array, Precision, parse_npy, read_npy, write_npy};

@@ -32,6 +32,7 @@
 mod adam;
 mod chart;
 mod checkpoint;
+mod fingerprint;
 mod fit;
 mod grid_steps;
 mod large_steps;
@@ -49,6 +50,7 @@ mod regularizer;
 mod schedule;
 mod silhouettes;
 mod taps;
+mod task_error;
 #[cfg(test)]
 mod tests;
 
@@ -57,6 +59,7 @@ pub use chart::Chart;
 pub use checkpoint::{
     CheckpointError, StateError, decode_state, encode_state, read_checkpoint, write_checkpoint,
 };
+pub use fingerprint::Problem;
 pub use fit::{Fit, FitError, Optimizer, Plan, Record, State, Times, Told};
 pub use grid_steps::GridSteps;
 pub use large_steps::{LargeSteps, LargeStepsError};
@@ -71,3 +74,4 @@ pub use quantity::{Member, Quantity, TextureUse};
 pub use regularizer::Regularizer;
 pub use schedule::Schedule;
 pub use silhouettes::silhouette_weights;
+pub use task_error::TaskError;

@@ -7,8 +7,10 @@ use glam::DVec3;
 use rand::Rng as _;
 use serde::{Deserialize, Serialize};
 
+use super::fingerprint::Problem;
 use super::objective::{Evaluation, MaskTerm, Objective, ObjectiveError, Reverse, add};
 use super::parameters::Parameters;
+use super::task_error::TaskError;
 use crate::Image;
 use crate::gradient::{Progress, render_pixels};
 use crate::scene::Scene;
@@ -19,7 +21,7 @@ const CHUNK: u64 = u64::MAX - 2;
 /// Place of a task among those of a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 struct Place {
-    /// Checksum of the point, the random numbers and the settings of the step.
+    /// Checksum of the point, the random numbers, the views and the settings of the step.
     step: u32,
     /// Whether it is of the second round.
     second: bool,
@@ -31,6 +33,12 @@ struct Place {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Task {
     place: Place,
+    /// `None` if the task stays in its process.
+    problem: Option<Problem>,
+    /// Fingerprint of the view.
+    fingerprint: u32,
+    /// Parameters whose implicit surfaces the fit has replaced.
+    replaced: Vec<String>,
     x: Vec<f64>,
     /// Fraction of the mean loss that the view is.
     share: f64,
@@ -101,29 +109,71 @@ pub(super) struct Step<'a> {
     pub parameters: &'a Parameters,
     pub x: &'a [f64],
     pub views: Vec<usize>,
+    /// `None` if tasks stay in this process; fingerprints then do not matter.
+    pub problem: Option<Problem>,
+    /// Fingerprints of the views, in their order.
+    pub fingerprints: Vec<u32>,
+    /// Parameters whose implicit surfaces the fit has replaced.
+    pub replaced: Vec<String>,
     pub seed: u64,
     pub chunks: usize,
     pub pace: Option<(u64, u64)>,
 }
 
 impl Task {
-    /// Runs the task. The scene is set to the values of the parameters and to the view; where a grid has been
-    /// refined it must be the scene that the fit has refined.
+    /// Runs the task with the objective of the fit and a scene like the one that the fit began with, which is
+    /// set to the values of the parameters and to the view. `problem` is that of scene, parameters and method
+    /// as they were before any task; that `reverse` is its method, with the seed of each call, is up to the
+    /// caller.
     ///
     /// # Errors
-    /// An [`ObjectiveError`].
+    /// A [`TaskError`]:
+    ///
+    /// - if the task is of another scene, method or objective, or of other parameters,
+    /// - if the fit has refined the surface of a parameter,
+    /// - if the adjoint has another size than the film, or
+    /// - if the objective cannot be evaluated.
     pub fn run(
         self,
+        problem: Problem,
         scene: &mut Scene,
-        objective: &Objective,
-        parameters: &Parameters,
+        (objective, parameters): (&Objective, &Parameters),
         reverse: Reverse<'_>,
         progress: &Progress,
-    ) -> Result<Part, ObjectiveError> {
-        let view = objective.views.get(self.place.view).ok_or(ObjectiveError::NoViews)?;
+    ) -> Result<Part, TaskError> {
+        let (index, count) = (self.place.view, objective.views.len());
+        let view = objective.views.get(index).ok_or(TaskError::View { index, count })?;
+        if let Some(parameter) = self.replaced.first().cloned() {
+            return Err(TaskError::Replaced { parameter });
+        }
+        let (expected, found) = (parameters.len(), self.x.len());
+        if found != expected {
+            return Err(TaskError::Numbers { expected, found });
+        }
+        match self.problem {
+            Some(own) if own.scene != problem.scene => return Err(TaskError::Scene),
+            Some(own) if own.parameters != problem.parameters => return Err(TaskError::Parameters),
+            Some(own) if own.method != problem.method => return Err(TaskError::Method),
+            _ => {}
+        }
+        if objective.fingerprint(index) != self.fingerprint {
+            return Err(TaskError::Objective { view: view.name.clone() });
+        }
+        let film = &view.film;
+        let (width, height) = film.crop.map_or((film.width, film.height), |crop| (crop.width, crop.height));
+        let (expected, found) = (width * height, self.adjoint.len());
+        if self.place.second && found != expected {
+            return Err(TaskError::Adjoint { view: view.name.clone(), expected, found });
+        }
         let error = |source| ObjectiveError::View { view: view.name.clone(), source };
         parameters.apply(&self.x, scene).map_err(error)?;
-        self.run_at(scene, objective, parameters, reverse, progress)
+        Ok(self.run_at(scene, objective, parameters, reverse, progress)?)
+    }
+
+    /// Drops the last pixel of the adjoint.
+    #[cfg(test)]
+    pub(super) fn truncate_adjoint(&mut self) {
+        self.adjoint.pop();
     }
 
     /// `run` in a scene that is at x.
@@ -204,10 +254,8 @@ impl Step<'_> {
     /// Checksum of what tells one step from another.
     fn checksum(&self) -> u32 {
         let mut hash = crc32fast::Hasher::new();
-        let Objective { image_samples, pixels, .. } = self.objective;
-        let settings = (&self.views, self.seed, self.chunks, self.pace, image_samples, pixels);
+        let settings = (&self.views, self.problem, &self.fingerprints, self.seed, self.chunks, self.pace);
         hash.update(format!("{settings:?}").as_bytes());
-        self.views.iter().for_each(|&v| hash.update(self.objective.views[v].name.as_bytes()));
         self.parameters.groups().iter().for_each(|group| hash.update(group.name.as_bytes()));
         self.x.iter().for_each(|x| hash.update(&x.to_le_bytes()));
         hash.finalize()
@@ -223,6 +271,9 @@ impl Step<'_> {
             let of_chunk = stream(of_view, &[CHUNK, chunk as u64]).next_u64();
             Task {
                 place: Place { step, second: compared.is_some(), view, chunk },
+                problem: self.problem,
+                fingerprint: self.fingerprints[i],
+                replaced: self.replaced.clone(),
                 x: self.x.to_vec(),
                 share: self.share(),
                 seeds: [of_view, if self.chunks == 1 { of_view } else { of_chunk }],
@@ -347,8 +398,18 @@ impl Objective {
         if views.is_empty() {
             return Err(ObjectiveError::NoViews);
         }
-        let views = views.to_vec();
-        let step = Step { objective: self, parameters, x, views, seed, chunks: 1, pace: None };
+        let step = Step {
+            objective: self,
+            parameters,
+            x,
+            views: views.to_vec(),
+            problem: None,
+            fingerprints: vec![0; views.len()],
+            replaced: vec![],
+            seed,
+            chunks: 1,
+            pace: None,
+        };
         let run = |task: Task| task.run_at(scene, self, parameters, reverse, progress);
         let parts = step.tasks(None).into_iter().map(run).collect::<Result<Vec<_>, _>>()?;
         step.total(scene, &parts, None)

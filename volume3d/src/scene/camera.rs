@@ -1,6 +1,6 @@
 //! Cameras and films.
 
-use glam::{DQuat, DVec2, DVec3};
+use glam::{DMat3, DQuat, DVec2, DVec3};
 
 /// A camera with an orthonormal frame: a pinhole, or a thin lens.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,6 +43,41 @@ pub struct Lens {
     pub focus_distance: f64,
 }
 
+/// A calibrated pinhole: x_c = R (x − c), with x_c to the right, down and into the picture, is seen at
+/// u = f_x x_c/z_c + c_x, v = f_y y_c/z_c + c_y, in pixels from the picture's top left corner. The middle of
+/// the top left pixel is (½, ½), as in COLMAP; OpenCV has it at (0, 0).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Calibration {
+    /// R, a rotation.
+    pub rotation: DMat3,
+    /// c, scene units.
+    pub center: DVec3,
+    /// (f_x, f_y), pixels, positive.
+    pub focal: DVec2,
+    /// (c_x, c_y), pixels.
+    pub principal: DVec2,
+    /// Columns and rows of the picture.
+    pub size: DVec2,
+}
+
+impl From<Calibration> for Camera {
+    fn from(calibration: Calibration) -> Self {
+        let Calibration { rotation, center, focal, principal, size } = calibration;
+        let [right, down, forward] = [0, 1, 2].map(|i| rotation.row(i));
+        Self {
+            origin: center,
+            right,
+            up: -down,
+            forward,
+            field_of_view: 2.0 * (0.5 * size.x / focal.x).atan(),
+            principal_point: (principal - 0.5 * size) / size,
+            pixel_aspect: focal.y / focal.x,
+            lens: None,
+            orthographic: None,
+        }
+    }
+}
+
 impl Camera {
     /// The camera translated.
     pub(super) fn moved(&self, by: DVec3) -> Self {
@@ -66,6 +101,19 @@ impl Camera {
             lens: None,
             orthographic: None,
         }
+    }
+
+    /// The calibration of the camera on a film of these columns and rows. `None` with a thin lens or an
+    /// orthographic sensor.
+    #[must_use]
+    pub fn calibration(&self, size: DVec2) -> Option<Calibration> {
+        if self.lens.is_some() || self.orthographic.is_some() {
+            return None;
+        }
+        let rotation = DMat3::from_cols(self.right, -self.up, self.forward).transpose();
+        let focal = 0.5 * size.x / (0.5 * self.field_of_view).tan() * DVec2::new(1.0, self.pixel_aspect);
+        let principal = (self.principal_point + 0.5) * size;
+        Some(Calibration { rotation, center: self.origin, focal, principal, size })
     }
 
     /// Centre of rotation: the origin, or the centre of an orthographic sensor.

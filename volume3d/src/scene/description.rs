@@ -38,7 +38,7 @@ impl Shape {
 /// Default tracer of implicit surfaces: full steps, tolerance 10⁻⁷ radians, at most 2,000 steps. As V has a
 /// small discontinuity where a ray gains a point, the default warp field is biased in the light received by a
 /// surface: for a box with rounded edges by 1.0 ± 0.3 % with 10⁻⁶, 0.6 ± 0.2 % with 10⁻⁷ and 0.2 ± 0.3 % with
-/// 10⁻⁸. On films, and for other shapes, no bias of 0.5 % was observed (figure 17); see
+/// 10⁻⁸. On films, and for other shapes, no bias of 0.5 % was observed (figure `levels`); see
 /// [`fields`](flatland::sdf::fields). Hits do not depend on the tolerance, which is relative to t or to the
 /// surface's size, whichever is less: root finding starts from there.
 pub const SPHERE_TRACING: Tracer = Tracer { step_scale: 1.0, tolerance: 1e-7, max_steps: 2000, far: 1e3 };

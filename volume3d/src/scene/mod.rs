@@ -40,7 +40,7 @@ pub(crate) use adjacency::{Beyond, FLAT};
 pub use bsdf::{Bsdf, Dielectric, Plastic, Roughness, Scattering};
 pub use build::Scene;
 pub(crate) use camera::GAUSSIAN_CUT;
-pub use camera::{Camera, Crop, Film, Filter, Lens};
+pub use camera::{Calibration, Camera, Crop, Film, Filter, Lens};
 pub use coarse::CoarseMesh;
 pub use crossing_shapes::{CrossingCount, Overlap};
 pub use description::{Alias, Description, Instances, Integrator, SPHERE_TRACING, Shape};

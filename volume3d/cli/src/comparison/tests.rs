@@ -1,4 +1,4 @@
-//! Verdicts on numbers that are given, and how often they are wrong on numbers that are drawn.
+//! Verdicts on given numbers, and their error rates on random ones.
 
 use flatland::random::{Stream, stream};
 use rand::Rng as _;
@@ -9,7 +9,7 @@ fn estimate(mean: f64, error: f64) -> Estimate {
     Estimate { mean, error, grain: 0.0 }
 }
 
-/// A slope that differs by so much from what larger steps say.
+/// A slope that differs by `bias` from the one extrapolated from larger steps.
 fn slope(step: f64, mean: f64, error: f64, bias: f64) -> Slope {
     let extrapolated = vec![estimate(mean + bias, error)];
     Slope { step, estimate: estimate(mean, error), extrapolated, unseen: 0.0 }
@@ -47,7 +47,7 @@ fn verdicts() {
     let biased = [slope(0.1, 1.0, 0.0, 0.4)];
     assert!(matches!(verdict(method, &biased), Verdict::Open { more: None, .. }));
     assert!(matches!(verdict(method, &slopes[..1]), Verdict::Open { more: None, .. }));
-    // Errors that leave 20 % open: a tenth needs four times the samples, and they are counted in steps of √2.
+    // Errors of 20 %: a resolution of 10 % needs four times the samples, counted in factors of √2.
     let noisy = estimate(1.0, 0.2 / Tolerance::of(1).errors);
     let Verdict::Open { within, more } = verdict(noisy, &[slope(0.1, 1.0, 0.0, 0.0)]) else { panic!() };
     assert!((within - 0.2).abs() < 1e-12 && (3.9..5.7).contains(&more.unwrap()), "{within} {more:?}");
@@ -61,23 +61,23 @@ fn nothing_does_not_agree() {
     assert!(matches!(verdict(noisy, &still), Verdict::Open { more: None, .. }));
     let wrong = estimate(1.0, 0.1);
     assert!(matches!(verdict(wrong, &still), Verdict::Differs { .. }));
-    // Where no jump was seen, one may have been missed.
+    // A discontinuity that no sample saw may have been missed.
     let dark = [Slope { unseen: 0.2, ..slope(0.1, 0.0, 0.0, 0.0) }];
     assert!(matches!(verdict(wrong, &dark), Verdict::Open { more: None, .. }));
 }
 
-/// An edge that moves over samples, and a method that knows its slope.
+/// A moving edge that crosses samples, and a method with its slope.
 #[derive(Clone, Copy, Debug)]
 struct Edge {
-    /// Mean number of samples of a run that it passes at the largest step.
+    /// Mean number of samples of a run that it crosses at the largest step.
     passed: f64,
-    /// How a sample changes that it passes.
+    /// The distribution of the change of a crossed sample.
     jumps: Jumps,
-    /// How much more, or less, of them there are at the largest step than at none.
+    /// The relative change of the density of samples from step 0 to the largest step.
     curvature: f64,
     /// The method's standard error, relative to the slope.
     noise: f64,
-    /// Factor by which the gradient is wrong.
+    /// Relative error of the gradient.
     wrong: f64,
 }
 
@@ -87,7 +87,7 @@ enum Jumps {
     Exponential,
     /// One of thirty is ten times as large.
     SomeLarge,
-    /// Three up for two down.
+    /// Three positive for two negative.
     OfBothSigns,
 }
 
@@ -140,7 +140,7 @@ fn normal(rng: &mut Stream) -> f64 {
 const STEPS: [f64; 5] = [1.0, 1.0 / 3.0, 0.1, 1.0 / 30.0, 0.01];
 
 impl Edge {
-    /// One check of it. `knows` is whether bounds count what was not seen.
+    /// One check. `knows`: whether bounds include unseen changes.
     fn check(self, rng: &mut Stream, knows: bool) -> Verdict {
         let truth = self.passed * self.jumps.mean();
         let mut differences = STEPS.map(|_| vec![]);
@@ -174,7 +174,7 @@ impl Edge {
         verdict(Estimate::of(&method, 0.0), &slopes)
     }
 
-    /// Number of checks that differ.
+    /// The number of checks with the verdict `Differs`.
     fn differ(self, checks: u64, knows: bool) -> usize {
         let address = self.passed.to_bits() ^ self.curvature.to_bits() ^ self.jumps as u64;
         let differs = |k: &u64| {
@@ -187,7 +187,8 @@ impl Edge {
 
 const RIGHT: Edge = Edge { passed: 1.0, jumps: Jumps::Alike, curvature: 0.0, noise: 0.01, wrong: 0.0 };
 
-/// From edges that hardly any sample passes to such as hundreds do in every run, of gradients that are right.
+/// For correct gradients, from edges that hardly any sample crosses to edges that hundreds cross in every
+/// run.
 #[test]
 fn false_alarms_are_as_rare_as_promised() {
     const CHECKS: u64 = 400;
@@ -197,7 +198,8 @@ fn false_alarms_are_as_rare_as_promised() {
             for curvature in [0.0, 0.5] {
                 let edge = Edge { passed, jumps, curvature, ..RIGHT };
                 let found = edge.differ(CHECKS, true);
-                // Of .44 expected at most; a Poisson number of that mean is larger once in a million times.
+                // At most 0.44 are expected; a Poisson number with that mean exceeds 8 once in a million
+                // times.
                 assert!(found <= 8, "{edge:?}: {found} of {CHECKS}");
                 alarms += found;
                 of_spread_alone += if curvature == 0.0 { edge.differ(CHECKS / 10, false) } else { 0 };
@@ -211,13 +213,13 @@ fn false_alarms_are_as_rare_as_promised() {
         0.05 * checks
     );
     assert!(alarms as f64 <= FALSE_ALARMS * checks, "{alarms} of {checks}");
-    // The control: without a bound on what was not seen they are frequent.
+    // The control: without the bound on unseen changes, false alarms are frequent.
     assert!(of_spread_alone as f64 > 20.0 * FALSE_ALARMS * 0.05 * checks, "{of_spread_alone}");
 }
 
-/// In an image of 64 × 64 pixels with the default samples, an edge as long as the image is wide passes 3,900
+/// In an image of 64 × 64 pixels with the default samples, an edge as long as the image is wide crosses 3,900
 /// samples of a run at the largest step. A gradient that is 30 % wrong is found there, and with twice the
-/// samples a right one is not left open.
+/// samples a correct one is not left open.
 #[test]
 fn wrong_gradients_are_found() {
     const CHECKS: u64 = 40;

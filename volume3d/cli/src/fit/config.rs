@@ -1,7 +1,7 @@
-//! What a fit is asked to do: a TOML file.
+//! The configuration of a fit, read from TOML.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{anyhow, bail};
 use clap::ValueEnum;
@@ -15,7 +15,7 @@ use super::super::spp::MAX_SAMPLES;
 use super::numbers::numbers;
 use super::parameter::ParameterConfig;
 
-/// A whole configuration.
+/// A configuration. Its keys are explained in `example.toml`.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Config {
@@ -23,10 +23,10 @@ pub(super) struct Config {
     #[serde(default)]
     pub(super) define: BTreeMap<String, String>,
     pub(super) steps: u64,
-    /// Starts of which the best is kept.
+    /// The number of starts, of which the best is kept.
     #[serde(default = "one")]
     pub(super) starts: usize,
-    /// Of the scene: what was read in another way than it may have been meant, and changes images.
+    /// Notes about the scene that change images; not part of the file.
     #[serde(skip)]
     pub(super) deviations: Vec<String>,
     #[serde(default)]
@@ -52,9 +52,23 @@ pub(super) struct Config {
     pub(super) regularizers: Vec<RegularizerConfig>,
     pub(super) masks: Option<MasksConfig>,
     pub(super) dtu: Option<DtuConfig>,
+    pub(super) photographs: Option<PhotographsConfig>,
 }
 
-/// Views from a folder in the layout of the DTU data.
+/// Views from files of other programs.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct PhotographsConfig {
+    /// `transforms.json`, or the folder of a COLMAP model.
+    pub(super) cameras: PathBuf,
+    /// The pictures of a COLMAP model.
+    pub(super) images: Option<PathBuf>,
+    /// Columns and rows.
+    pub(super) size: Option<[usize; 2]>,
+    pub(super) views: Option<Vec<usize>>,
+}
+
+/// Views from a folder in the layout of the DTU data set.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct DtuConfig {
@@ -64,7 +78,7 @@ pub(super) struct DtuConfig {
     pub(super) cut: bool,
 }
 
-/// A loss of the views' masks.
+/// The loss of the views' masks.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct MasksConfig {
@@ -141,7 +155,7 @@ impl From<LossKind> for Loss {
     }
 }
 
-/// How gradients are estimated.
+/// The estimator of gradients.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct GradientConfig {
@@ -172,7 +186,7 @@ impl GradientConfig {
     }
 }
 
-/// A scene that is rendered to have targets.
+/// A scene from which targets are rendered.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Reference {
@@ -199,9 +213,9 @@ pub(super) enum EncodingConfig {
 pub(super) struct ViewConfig {
     pub(super) name: Option<String>,
     pub(super) target: Option<PathBuf>,
-    /// Transfer function of the target's integers, if not the one its file states.
+    /// The transfer function of the target's integers, unless it is that of the file.
     pub(super) encoding: Option<EncodingConfig>,
-    /// Layer of an OpenEXR target, or one of its channels by the whole of its name.
+    /// A layer of an OpenEXR target, or the full name of one of its channels.
     pub(super) layer: Option<String>,
     pub(super) weights: Option<PathBuf>,
     pub(super) mask: Option<PathBuf>,
@@ -234,7 +248,7 @@ enum RegularizerKind {
 }
 
 impl RegularizerConfig {
-    /// Of a mesh; nothing if it is for networks.
+    /// The regularizer of a mesh; nothing if it is for networks.
     pub(super) fn regularizer(&self) -> Option<Regularizer> {
         match self.kind {
             RegularizerKind::Laplacian => Some(Regularizer::Laplacian),
@@ -245,13 +259,12 @@ impl RegularizerConfig {
     }
 }
 
-/// Values for a scene's $names, as its reader takes them.
+/// The values of a scene's $names, in the form that its reader takes.
 pub(super) fn definitions(define: &BTreeMap<String, String>) -> Vec<(String, String)> {
     define.iter().map(|(name, value)| (name.clone(), value.clone())).collect()
 }
 
-/// A configuration without its number of steps, comments and order, for comparisons; as it is if it is no
-/// TOML.
+/// A configuration without `steps`, comments and order, for comparisons; unchanged if it is not TOML.
 pub(super) fn apart_from_steps(text: &str) -> String {
     let table = toml::from_str::<toml::Table>(text).ok();
     let rest = table.map(|mut table| {
@@ -261,19 +274,19 @@ pub(super) fn apart_from_steps(text: &str) -> String {
     rest.map_or_else(|| text.to_owned(), |rest| rest.to_string())
 }
 
-/// Starts of a fit, at most: each takes time.
+/// The largest number of starts.
 const MOST_STARTS: usize = 64;
 
 impl Config {
-    /// Refuses what does not go together.
+    /// Refuses values out of range and keys that exclude one another.
     pub(super) fn check(&self) -> anyhow::Result<()> {
         if self.steps == 0 {
-            bail!("steps = 0: a fit takes one step at least");
+            bail!("steps = 0: a fit needs at least one step");
         }
         if self.parameters.is_empty() {
             bail!(
-                "nothing is to be fitted: add a line [[parameter]], and below it name = \"bunny.translation\" and rate = 0.02 (`volume3d info \
-                 SCENE` lists names)"
+                "there are no parameters to fit: add a line [[parameter]], and below it name = \"bunny.translation\" and \
+                 rate = 0.02 (`volume3d info SCENE` lists names)"
             );
         }
         self.parameters.iter().try_for_each(|parameter| parameter.check(self.steps))?;
@@ -283,18 +296,19 @@ impl Config {
         let changes = self.parameters.iter().find(|p| !p.refine.is_empty() || p.finish.is_some());
         if let (Some(parameter), true) = (changes, self.starts > 1) {
             bail!(
-                "starts = {} is not for fits that refine: leave out refine and finish of `{}`, or starts",
+                "starts = {} excludes refine and finish: leave out those of `{}`, or starts",
                 self.starts,
                 parameter.name
             );
         }
         if let Some(pixels) = self.pixels_per_view {
             if pixels == 0 {
-                bail!("pixels_per_view = 0: a step looks at one pixel at least");
+                bail!("pixels_per_view = 0: a step needs at least one pixel");
             }
             if matches!(self.loss, LossKind::Multiscale { levels } if levels > 1) {
                 bail!(
-                    "pixels_per_view is not for a multiscale loss, which looks at blocks: take loss = {{ kind = \"l2\" }} or l1"
+                    "pixels_per_view excludes a multiscale loss, which compares blocks of pixels: take loss = {{ kind = \
+                     \"l2\" }} or l1"
                 );
             }
         }
@@ -306,7 +320,7 @@ impl Config {
             ("reference.spp", of_reference),
         ] {
             if !(1..=MAX_SAMPLES).contains(&samples) {
-                bail!("{key} is {samples}, but must be from 1 to {MAX_SAMPLES} samples a pixel");
+                bail!("{key} is {samples}, but must be from 1 to {MAX_SAMPLES} samples per pixel");
             }
         }
         self.gradient.method()?;
@@ -322,23 +336,24 @@ impl Config {
             bail!("the epsilon of a relative loss is {epsilon}, but must be positive; 0.01 is usual");
         }
         if let LossKind::Multiscale { levels: 0 } = self.loss {
-            bail!("a multiscale loss has one level at least, not 0");
+            bail!("a multiscale loss needs at least one level, not 0");
         }
         if self.views_per_step == Some(0) {
-            bail!("views_per_step = 0: a step looks at one view at least");
+            bail!("views_per_step = 0: a step needs at least one view");
         }
-        if let Some(dtu) = &self.dtu
-            && (!self.views.is_empty() || self.reference.is_some())
-        {
+        if let Some((table, key, path)) = self.photographed() {
+            if !self.views.is_empty() || self.reference.is_some() {
+                bail!(
+                    "[{table}] excludes [[view]] and [reference]: the views are those of its {key} = \"{}\"",
+                    path.display()
+                );
+            }
+            if self.dtu.is_some() && self.photographs.is_some() {
+                bail!("[dtu] excludes [photographs]: only one of them can name the views");
+            }
+        } else if self.views.is_empty() && self.reference.is_none() {
             bail!(
-                "the views are those of [dtu] folder = \"{}\", so that there can be no [[view]] and no [reference]",
-                dtu.folder.display()
-            );
-        }
-        if self.views.is_empty() && self.reference.is_none() && self.dtu.is_none() {
-            bail!(
-                "there is nothing to fit to: add a [[view]] with a target = \"PICTURE\", or a [reference] with a scene to \
-                 render"
+                "there are no targets: add a [[view]] with a target = \"PICTURE\", or a [reference] with a scene to render"
             );
         }
         for (i, view) in self.views.iter().enumerate() {
@@ -347,7 +362,7 @@ impl Config {
             }
             if view.origin.is_none() && (view.look_at.is_some() || view.up.is_some()) {
                 bail!(
-                    "view {} has a look_at or up, but no origin: origin = [0, 1, 4] says where its camera is",
+                    "view {} has look_at or up, but no origin: add the position of its camera, as origin = [0, 1, 4]",
                     i + 1
                 );
             }
@@ -355,12 +370,15 @@ impl Config {
         let with_mask = self.views.iter().position(|view| view.mask.is_some());
         match (&self.masks, with_mask) {
             (None, Some(view)) => {
-                bail!("view {} has a mask, but there is no [masks] that says of which shape it is", view + 1)
+                bail!(
+                    "view {} has a mask, but there is no [masks] with the shape to which it belongs",
+                    view + 1
+                )
             }
             (Some(masks), None) if self.dtu.is_some() => {
                 masks.loss().map(|_| ()).map_err(|e| anyhow!("[masks]: {e}"))?;
             }
-            (Some(_), None) => bail!("[masks] is for views that have one: mask = \"PICTURE\""),
+            (Some(_), None) => bail!("[masks] needs views with a mask = \"PICTURE\""),
             (Some(masks), _) => masks.loss().map(|_| ()).map_err(|e| anyhow!("[masks]: {e}"))?,
             (None, None) => {}
         }
@@ -373,12 +391,25 @@ impl Config {
         Ok(())
     }
 
-    /// Everything that names a file or folder.
+    /// The table, key and value that name the file or folder of all photographs, if there is one.
+    fn photographed(&self) -> Option<(&'static str, &'static str, &Path)> {
+        let dtu = self.dtu.as_ref().map(|dtu| ("dtu", "folder", dtu.folder.as_path()));
+        dtu.or_else(|| self.photographs.as_ref().map(|p| ("photographs", "cameras", p.cameras.as_path())))
+    }
+
+    /// Whether all targets are photographs with cameras, none of which is a `[[view]]`.
+    pub(super) fn is_photographed(&self) -> bool {
+        self.photographed().is_some()
+    }
+
+    /// All paths of files and folders.
     pub(super) fn files_mut(&mut self) -> impl Iterator<Item = &mut PathBuf> {
         let views =
             self.views.iter_mut().flat_map(|v| v.target.iter_mut().chain(&mut v.weights).chain(&mut v.mask));
         let reference = self.reference.iter_mut().map(|r| &mut r.scene);
         let dtu = self.dtu.iter_mut().map(|dtu| &mut dtu.folder);
-        std::iter::once(&mut self.scene).chain(views).chain(reference).chain(dtu)
+        let photographs = self.photographs.iter_mut();
+        let photographs = photographs.flat_map(|p| std::iter::once(&mut p.cameras).chain(&mut p.images));
+        std::iter::once(&mut self.scene).chain(views).chain(reference).chain(dtu).chain(photographs)
     }
 }

@@ -1,16 +1,16 @@
-//! The losses of a fit as a curve.
+//! The losses of a fit as a plot.
 
 use plotters::prelude::*;
 use volume3d::optimize::Fit;
 
-/// Steps that the smooth curve is a mean over, of the whole.
+/// The smooth curve averages over 1/`SMOOTH` of all steps.
 const SMOOTH: usize = 25;
 
-/// An SVG with the loss of every step, and its mean over neighbours, on a logarithmic scale.
+/// An SVG with the loss of every step and its moving average, on a logarithmic axis.
 pub(super) fn losses(fit: &Fit) -> String {
     let losses: Vec<f64> = fit.state().records.iter().map(|r| r.loss + r.penalty).collect();
     let mut svg = String::new();
-    // What cannot be drawn is left out: the numbers are in the table.
+    // A plot that fails is empty: the numbers are in the table.
     if draw(&losses, &mut svg).is_err() {
         svg.clear();
     }
@@ -49,7 +49,7 @@ fn draw(losses: &[f64], svg: &mut String) -> Result<(), Box<dyn std::error::Erro
     Ok(())
 }
 
-/// Means over the neighbours of each.
+/// The moving average, centred at each value.
 fn smooth(values: &[f64]) -> Vec<f64> {
     let reach = values.len() / SMOOTH / 2;
     let around = |i: usize| &values[i.saturating_sub(reach)..values.len().min(i + reach + 1)];

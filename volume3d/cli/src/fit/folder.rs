@@ -22,44 +22,44 @@ use super::result::LISTED;
 use super::views::view_file;
 use super::{curve, placed_scene, report, result};
 
-/// Pictures of the first view that the animation is made of, at most.
+/// The largest number of frames of the animation, pictures of the first view.
 const FRAMES: u64 = 32;
 
-/// Views in the sheet of target, start and fit, at most.
+/// The largest number of views in the overview of targets, starts and fits.
 const ROWS: usize = 3;
 
-/// Where the state is kept.
+/// The file of the state.
 const STATE: &str = "state.bin";
 
-/// Cells along the longest side of a fitted grid's box, for its mesh.
+/// Cells along the longest side of the box of a fitted implicit surface, for its mesh.
 const ISOSURFACE: usize = 128;
 
-/// A folder that is one fit's.
+/// The folder of a fit.
 pub(super) struct Folder {
     path: PathBuf,
-    /// Held until the program ends, however it does.
+    /// Held until the program ends, even if it is killed.
     _lock: Option<File>,
 }
 
 /// The lock file of a run. It stays after the run; only the lock on it counts.
 const LOCK: &str = "lock";
 
-/// The lock of a folder; nothing, with a warning, where the file system has none.
+/// Locks a folder; nothing, with a warning, if the file system has no locks.
 fn lock(path: &Path) -> anyhow::Result<Option<File>> {
     let place = path.join(LOCK);
     let file = File::options().create(true).truncate(false).write(true).open(&place);
-    let file = file.map_err(|e| anyhow!("cannot make {}: {e}", place.display()))?;
+    let file = file.map_err(|e| anyhow!("cannot create {}: {e}", place.display()))?;
     match file.try_lock() {
         Ok(()) => Ok(Some(file)),
         Err(TryLockError::WouldBlock) => {
             bail!(
-                "another process is at the run in {}; wait for it, or choose another folder",
+                "another process uses the run folder {}; wait for it, or choose another folder",
                 path.display()
             )
         }
         Err(TryLockError::Error(error)) => {
             say(&format!(
-                "WARNING: {} cannot be locked ({error}): let no other process fit in this folder meanwhile\n",
+                "WARNING: {} cannot be locked ({error}): do not run another fit in this folder at the same time\n",
                 place.display()
             ));
             Ok(None)
@@ -68,7 +68,8 @@ fn lock(path: &Path) -> anyhow::Result<Option<File>> {
 }
 
 impl Folder {
-    /// That a folder is not there, or is empty, or that of a run of this configuration; nothing is written.
+    /// Checks that a folder does not exist, is empty, or belongs to a run of this configuration; writes
+    /// nothing.
     pub(super) fn check(path: &Path, config: &str) -> anyhow::Result<()> {
         if path.join(LOCK).exists() {
             lock(path)?;
@@ -79,23 +80,23 @@ impl Folder {
     fn check_configuration(path: &Path, config: &str) -> anyhow::Result<()> {
         let copy = path.join("config.toml");
         match read_text(&copy) {
-            // More steps may be asked for at any time.
+            // The number of steps may change at any time.
             Ok(found) if found == config || apart_from_steps(&found) == apart_from_steps(config) => Ok(()),
-            // Nothing has come of the other configuration.
+            // The run with the other configuration has no state yet.
             Ok(_) if !path.join(STATE).exists() => Ok(()),
             Ok(_) => bail!(
-                "{} is the folder of a run with another configuration, of which only steps may be changed; choose another folder, \
+                "{} is the folder of a run with another configuration, where only steps may change; choose another folder, \
                  or remove it",
                 path.display()
             ),
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-                // A write that was killed leaves a temporary file, and a run that was killed early its lock.
+                // A killed write leaves a temporary file, and a run that was killed early its lock.
                 let is_ours = |name: &str| name == LOCK || name.starts_with(".tmp");
                 let is_other = |e: std::io::Result<std::fs::DirEntry>| {
                     e.is_ok_and(|e| !is_ours(&e.file_name().to_string_lossy()))
                 };
                 if std::fs::read_dir(path).is_ok_and(|mut entries| entries.any(is_other)) {
-                    bail!("{} is not empty, and not the folder of a run; choose another", path.display());
+                    bail!("{} is neither empty nor the folder of a run; choose another", path.display());
                 }
                 Ok(())
             }
@@ -104,16 +105,16 @@ impl Folder {
         }
     }
 
-    /// Makes the folder, or finds it as this configuration has left it.
+    /// Creates the folder, or opens it if it belongs to this configuration.
     pub(super) fn open(path: &Path, config: &str, inputs: &[PathBuf]) -> anyhow::Result<Self> {
         Self::check(path, config)?;
         let make = |path: &Path| {
             std::fs::create_dir_all(path)
-                .map_err(|e| anyhow!("cannot make the folder {}: {e}", path.display()))
+                .map_err(|e| anyhow!("cannot create the folder {}: {e}", path.display()))
         };
         make(path)?;
         let folder = Self { path: path.to_path_buf(), _lock: lock(path)? };
-        // Another process may have been quicker.
+        // Another process may have written to the folder before it was locked.
         Self::check_configuration(path, config)?;
         let within = |input: &&PathBuf| {
             let [input, path] =
@@ -135,7 +136,7 @@ impl Folder {
         Ok(folder)
     }
 
-    /// A file of the run.
+    /// The path of a file of the run.
     pub(super) fn file(&self, name: &str) -> PathBuf {
         self.path.join(name)
     }
@@ -144,28 +145,28 @@ impl Folder {
     pub(super) fn start_path(&self, name: &str) -> anyhow::Result<PathBuf> {
         let folder = self.file("starts");
         std::fs::create_dir_all(&folder)
-            .map_err(|e| anyhow!("cannot make the folder {}: {e}", folder.display()))?;
+            .map_err(|e| anyhow!("cannot create the folder {}: {e}", folder.display()))?;
         Ok(folder.join(format!("{name}.bin")))
     }
 
-    /// Where the state is kept.
+    /// The path of the state.
     pub(super) fn state_path(&self) -> PathBuf {
         self.file(STATE)
     }
 
-    /// The state that a run has left.
+    /// The state of an earlier run, if there is one.
     pub(super) fn state(&self, fingerprint: u32) -> anyhow::Result<Option<State>> {
         Ok(read_checkpoint(&self.state_path(), fingerprint)?)
     }
 
-    /// Keeps the state, and the losses so far.
+    /// Writes the state, and the losses so far.
     pub(super) fn keep(&self, fit: &Fit, fingerprint: u32) -> anyhow::Result<()> {
         write_bytes(&self.file("loss.csv"), &losses(fit)?)?;
         write_bytes(&self.file("loss.svg"), curve::losses(fit).as_bytes())?;
         Ok(write_checkpoint(&self.state_path(), fit.state(), fingerprint)?)
     }
 
-    /// Targets, and where the fit begins.
+    /// Writes pictures of the targets and of the start.
     pub(super) fn begin(&self, fit: &Fit, scene: &mut Scene) -> anyhow::Result<()> {
         let views = &fit.objective().views;
         let bar = Bar::new(views.len(), "render the start");
@@ -183,7 +184,7 @@ impl Folder {
         Ok(write_png(&self.file(&format!("{name}.png")), image)?)
     }
 
-    /// A picture of the first view, if it is time for one.
+    /// Writes a frame of the animation, if one is due.
     pub(super) fn frame(&self, config: &Config, fit: &Fit, scene: &mut Scene) -> anyhow::Result<()> {
         let done = fit.steps_taken();
         let is_time = |k: u64| k * config.steps / FRAMES.min(config.steps);
@@ -197,8 +198,8 @@ impl Folder {
         self.file(&format!("frames/{step:08}.png"))
     }
 
-    /// Writes what there is at the end: of the mean of parameters, if the fit has one. What to say of it, and
-    /// a warning if it has not reached its pictures.
+    /// Writes the results; those of the parameter mean, if the fit has one. Returns a text about them, and a
+    /// warning if the fit has not reached its pictures.
     pub(super) fn finish(
         &self,
         config: &Config,
@@ -239,7 +240,8 @@ impl Folder {
                 }
                 Quantity::Sdf { implicit } => {
                     let shape = &scene.description().implicits[implicit];
-                    // What reaches the border of its grid makes no closed mesh; the grid is beside fit.xml.
+                    // A surface that reaches the border of its grid has no closed mesh; its grid is saved
+                    // with fit.xml.
                     let mesh = shape.bounds().map(|bounds| isosurface(shape, bounds, ISOSURFACE));
                     match mesh {
                         Some(Ok(mesh)) => write_obj(&path(&shape.id), &mesh)?,
@@ -268,7 +270,7 @@ impl Folder {
     }
 }
 
-/// A name that any system takes for a file.
+/// A file name that any system accepts.
 fn file_name(id: &str) -> String {
     let keep = |c: char| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '_' };
     id.chars().map(keep).collect()
@@ -293,7 +295,7 @@ fn losses(fit: &Fit) -> anyhow::Result<Vec<u8>> {
     Ok(table.into_inner()?)
 }
 
-/// All numbers that are few, with where they began.
+/// A table of the values of all parameters with few numbers.
 fn values(fit: &Fit, scene: &Scene) -> anyhow::Result<Vec<u8>> {
     let mut table = csv::Writer::from_writer(vec![]);
     table.write_record(["parameter", "index", "value"])?;

@@ -1,15 +1,16 @@
-//! Errors in a configuration, in the words of its author.
+//! Error messages about a configuration, in terms of TOML and its keys.
 
 use std::path::Path;
 
 use serde::de::DeserializeOwned;
 
 use super::config::{
-    Config, DtuConfig, GradientConfig, MasksConfig, Reference, RegularizerConfig, ViewConfig,
+    Config, DtuConfig, GradientConfig, MasksConfig, PhotographsConfig, Reference, RegularizerConfig,
+    ViewConfig,
 };
 use super::parameter::ParameterConfig;
 
-/// A table of a configuration: how it is written, what it holds, and whether there may be several.
+/// A table of a configuration: its syntax, its keys, and whether there may be several.
 struct Table {
     name: &'static str,
     written: &'static str,
@@ -17,7 +18,7 @@ struct Table {
     keys: fn() -> Vec<String>,
 }
 
-const TABLES: [Table; 8] = [
+const TABLES: [Table; 9] = [
     Table {
         name: "",
         written: "the top of the file, above the first [table]",
@@ -31,22 +32,23 @@ const TABLES: [Table; 8] = [
     Table { name: "regularizer", written: "[[regularizer]]", is_list: true, keys: keys::<RegularizerConfig> },
     Table { name: "masks", written: "[masks]", is_list: false, keys: keys::<MasksConfig> },
     Table { name: "dtu", written: "[dtu]", is_list: false, keys: keys::<DtuConfig> },
+    Table { name: "photographs", written: "[photographs]", is_list: false, keys: keys::<PhotographsConfig> },
 ];
 
-/// The keys of a table, as its deserializer lists them for a key that there is not.
+/// The keys of a table, from its deserializer's error for an unknown key.
 fn keys<T: DeserializeOwned>() -> Vec<String> {
     let error = toml::from_str::<T>("\"?\" = 1").err();
     let message = error.map(|error| error.message().to_owned()).unwrap_or_default();
     message.split('`').skip(3).step_by(2).map(str::to_owned).collect()
 }
 
-/// The names of all tables, the top first, with their keys.
+/// The names of all tables with their keys, the top level first.
 #[cfg(test)]
 pub(super) fn keys_by_table() -> Vec<(&'static str, Vec<String>)> {
     TABLES.iter().map(|table| (table.name, (table.keys)())).collect()
 }
 
-/// Words of other programs for keys, with how they are written here.
+/// Keys of other programs, with the equivalents here.
 const ELSEWHERE: [(&[&str], &str); 9] = [
     (&["learning_rate", "lr", "step_size", "alpha"], "rate = 0.02 in [[parameter]]"),
     (
@@ -57,10 +59,7 @@ const ELSEWHERE: [(&[&str], &str); 9] = [
         &["samples", "spp", "sample_count"],
         "gradient = { spp = 16 } at the top of the file, or spp = 256 in [reference]",
     ),
-    (
-        &["optimizer", "optimiser"],
-        "nothing: steps are those of Adam, with rate, beta1 and beta2 in [[parameter]]",
-    ),
+    (&["optimizer", "optimiser"], "rate, beta1 and beta2 in [[parameter]], of the optimiser Adam"),
     (&["image", "photo", "photograph", "picture", "file", "path"], "target = \"photo.png\" in [[view]]"),
     (&["init", "initial", "x0", "initial_value", "value"], "start = [0, 0, 0] in [[parameter]]"),
     (&["position", "eye", "camera", "from"], "origin = [0, 1, 4] in [[view]]"),
@@ -68,7 +67,7 @@ const ELSEWHERE: [(&[&str], &str); 9] = [
     (&["restarts", "multistart"], "starts = 8 at the top of the file"),
 ];
 
-/// Name and syntax of a value of a serde type.
+/// Descriptions of the types that serde names.
 const TYPES: [(&str, &str); 12] = [
     ("f64", "a number, such as 0.5"),
     ("u64", "a whole number, 0 or more"),
@@ -80,24 +79,25 @@ const TYPES: [(&str, &str); 12] = [
     ("internally tagged enum LossKind", "a table, such as loss = { kind = \"l2\" }"),
     ("internally tagged enum Schedule", "a table, such as schedule = { kind = \"constant\" }"),
     ("struct GradientConfig", "a table, such as gradient = { spp = 16 }"),
-    ("struct Reference", "a table: a line [reference], and its keys below"),
+    ("struct Reference", "a table: a line [reference], with its keys below"),
     ("a map", "a table, such as define = { size = \"64\" }"),
 ];
 
-/// Syntax of a required key, by its table and name.
-const NEEDED: [(&str, &str, &str); 9] = [
+/// The syntax of required keys, by table and name.
+const NEEDED: [(&str, &str, &str); 10] = [
     ("", "scene", "scene = \"scene.xml\""),
     ("", "steps", "steps = 100"),
     ("reference", "scene", "scene = \"scene.xml\""),
-    ("parameter", "rate", "rate = 0.02, about the size of a step in the parameter's units"),
+    ("parameter", "rate", "rate = 0.02, the approximate size of a step in the parameter's units"),
     ("regularizer", "shape", "shape = \"bunny\""),
     ("regularizer", "kind", "kind = \"laplacian\""),
     ("regularizer", "weight", "weight = 0.1"),
     ("masks", "shape", "shape = \"thing\""),
     ("dtu", "folder", "folder = \"scan65\""),
+    ("photographs", "cameras", "cameras = \"transforms.json\""),
 ];
 
-/// The whole message of an error in the text of a configuration.
+/// The full message for a syntax or type error.
 pub(super) fn of(error: &toml::de::Error, text: &str, path: &Path) -> String {
     let at = error.span().map_or(0, |span| span.start).min(text.len());
     let number = 1 + text[..at].matches('\n').count();
@@ -109,14 +109,14 @@ pub(super) fn of(error: &toml::de::Error, text: &str, path: &Path) -> String {
     format!("{}: line {number}: {what}", path.display())
 }
 
-/// A key missing at the top level has no line.
+/// A key missing at the top level has no line number.
 fn is_of_whole_file(message: &str, table: &str) -> bool {
     let key = message.strip_prefix("missing field `").map(|rest| rest.trim_end_matches('`'));
     key.is_some_and(|key| NEEDED.iter().any(|(of, name, _)| of.is_empty() && *name == key))
         && table.is_empty()
 }
 
-/// The same for an error that is found only after reading: the line is that of the name that it quotes first.
+/// The full message for an error found after parsing: its line is that of the first name that it quotes.
 pub(super) fn with_line(problem: &str, text: &str, path: &Path) -> String {
     let quoted = problem.split('`').skip(1).step_by(2);
     let line = quoted.filter(|name| !name.is_empty()).find_map(|name| {
@@ -154,7 +154,7 @@ fn explained(message: &str, text: &str, at: usize, line: &str) -> String {
     }
     if message.starts_with("duplicate key") {
         return format!(
-            "`{}` is there twice; keep one of them",
+            "`{}` is given twice; keep one of them",
             line.split('=').next().unwrap_or_default().trim()
         );
     }
@@ -164,7 +164,7 @@ fn explained(message: &str, text: &str, at: usize, line: &str) -> String {
     format!("`{line}` is not TOML: {message}{}", syntax(message, line))
 }
 
-/// A table that should be a list of tables, or the other way.
+/// The message for [name] in place of [[name]], or the reverse.
 fn brackets(message: &str, line: &str) -> Option<String> {
     let name = line.trim_matches(['[', ']', ' ']);
     let table = TABLES.iter().find(|table| !table.name.is_empty() && table.name == name)?;
@@ -173,9 +173,9 @@ fn brackets(message: &str, line: &str) -> Option<String> {
         return None;
     }
     Some(if table.is_list {
-        format!("write [[{name}]] in place of [{name}]: there may be several")
+        format!("write [[{name}]] instead of [{name}]: there may be several")
     } else {
-        format!("write [{name}] in place of [[{name}]]: there is one only")
+        format!("write [{name}] instead of [[{name}]]: there is only one")
     })
 }
 
@@ -197,11 +197,11 @@ fn unknown(key: &str, message: &str, table: &str) -> String {
     }
     let written = ELSEWHERE.iter().find(|(words, _)| words.contains(&key)).map(|(_, written)| written);
     if let Some(written) = written {
-        return format!("there is no key `{key}` in {here}; what it says elsewhere is here {written}");
+        return format!("there is no key `{key}` in {here}; its equivalent is {written}");
     }
     let known: Vec<&str> = message.split('`').skip(3).step_by(2).collect();
     if known.is_empty() {
-        return format!("there is no key `{key}` beside this kind");
+        return format!("this kind has no key `{key}`");
     }
     format!("there is no key `{key}` in {here}, whose keys are {}", known.join(", "))
 }
@@ -218,7 +218,7 @@ fn missing(key: &str, table: &str, line: &str) -> String {
     match written {
         Some(written) => format!("`{line}` has no `{key}`; add {written}"),
         None if key == "kind" => format!(
-            "`{line}` has no kind, such as {{ kind = \"l2\" }} of a loss or {{ kind = \"cosine\" }} of a schedule"
+            "`{line}` has no kind; a loss has {{ kind = \"l2\" }}, a schedule {{ kind = \"cosine\" }}, for example"
         ),
         None => format!("`{key}` is missing in `{line}`"),
     }
@@ -236,20 +236,20 @@ fn mistyped(found: &str, wanted: &str, key: &str) -> String {
     let wanted_here = known.map_or(wanted, |(_, words)| *words);
     let advice = match wanted {
         "f64" | "u64" | "usize" if is_text => "; leave out the quotes",
-        "u64" | "usize" if is_float => "; leave out the point",
+        "u64" | "usize" if is_float => "; leave out the decimal point",
         "a string" | "path string" if !is_text => "; put it in quotes",
         _ => "",
     };
     format!("{key} is {shown}, but must be {wanted_here}{advice}")
 }
 
-/// Advice for text that is no TOML.
+/// Advice for text that is not TOML.
 fn syntax(message: &str, line: &str) -> &'static str {
     let is_of_value = line.contains('=');
     if line.starts_with('{') {
         "; a configuration is TOML, with lines such as steps = 100, and not JSON"
     } else if line.ends_with(';') || line.ends_with(',') {
-        "; nothing stands at the end of a line"
+        "; lines end without a comma or semicolon"
     } else if !is_of_value && line.contains(':') {
         "; write KEY = VALUE"
     } else if message.contains("escape") || message.contains("unicode") || line.contains('\\') {
@@ -257,15 +257,15 @@ fn syntax(message: &str, line: &str) -> &'static str {
     } else if line.contains("True") || line.contains("False") {
         "; write true and false in small letters"
     } else if message.contains("quoted") {
-        "; text and paths stand in quotes"
+        "; write text and paths in quotes"
     } else if message.contains("expected newline") {
-        "; one key a line, and numbers with a point"
+        "; write one key per line, and numbers with a decimal point"
     } else {
         ""
     }
 }
 
-/// The key that may have been meant, where a message names an unknown one and those that are known, in
+/// The most similar known name, for a message that quotes an unknown name and then the known ones in
 /// backticks.
 fn suggestion(message: &str) -> String {
     let mut names = message.split('`').skip(1).step_by(2);
@@ -277,7 +277,7 @@ fn suggestion(message: &str) -> String {
     }
 }
 
-/// The table that a place of the text is in; the top has no name.
+/// The name of the table at a position of the text; empty at the top level.
 fn table(text: &str, at: usize) -> &str {
     let end = text[at..].find('\n').map_or(text.len(), |length| at + length);
     let mut headers = text[..end].lines().map(str::trim).filter(|line| line.starts_with('['));
@@ -295,7 +295,7 @@ fn table(text: &str, at: usize) -> &str {
     }
 }
 
-/// The key whose value is at a place of the text.
+/// The key whose value is at a position of the text.
 fn key(text: &str, at: usize) -> &str {
     let Some(before) = text[..at].rsplit_once('=').map(|(before, _)| before.trim_end()) else { return "" };
     let is_key = |c: char| c.is_alphanumeric() || "_-.\"".contains(c);

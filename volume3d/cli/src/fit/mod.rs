@@ -34,8 +34,8 @@ use super::signals::{self, is_stop};
 
 /// Fits parameters of a scene to pictures.
 ///
-/// CONFIG.toml says from which scene to start, what to fit, and to
-/// which pictures; paths in it are from its folder. The shortest:
+/// CONFIG.toml names the initial scene, the parameters to fit and the
+/// pictures. Paths are relative to its folder. A minimal example:
 ///
 ///   scene = "start.xml"
 ///   steps = 100
@@ -47,53 +47,54 @@ use super::signals::{self, is_stop};
 ///   name = "bunny.translation"
 ///   rate = 0.02
 ///
-/// `volume3d fit --example > fit.toml` writes one that runs, with all
-/// keys and what they mean; `volume3d new bunny.obj` writes a scene
+/// `volume3d fit --example > fit.toml` writes an example that runs,
+/// with all keys explained; `volume3d new bunny.obj` writes a scene
 /// and a fit for a mesh. Names of parameters are those of `--wrt` of
 /// `volume3d gradient`; `volume3d info SCENE` lists the objects.
 ///
-/// PNG targets end at 1, and renderings do not: keep pictures below,
-/// or take OpenEXR. Steps are those of Adam; L-BFGS is in the library.
+/// PNG targets are clamped to 1, and renderings are not: use targets
+/// with smaller values, or OpenEXR. The optimiser is Adam; the library
+/// also has L-BFGS.
 ///
-/// RUN gets report.html, which shows it all, and views.png at a
-/// glance; the fitted scene (fit.xml) with its meshes; result.toml,
-/// with values, units and poses as matrices; the loss of every step
-/// (loss.csv, loss.svg); and pictures of every view. One process at a time is at a run: it
-/// locks RUN/lock. The state is kept every few seconds: killed at any
-/// moment, the same command goes on, and ends with the same bits. To
-/// go on after the end, raise `steps` and run the same command.
+/// Files in RUN: report.html (all results), views.png (overview),
+/// fit.xml (the fitted scene, with its meshes), result.toml (values,
+/// units, and poses as matrices), loss.csv and loss.svg (the loss of
+/// every step), and pictures of every view. One process at a time can
+/// use RUN; it locks RUN/lock. The state is saved every few seconds:
+/// after an interruption at any time, the same command continues, and
+/// ends with the same bits. To continue after the end, raise `steps`
+/// and run the same command.
 ///
-/// A fit that ends with a residual far above what noise explains
-/// warns that it has not reached its pictures; the exit status is 0,
-/// as the run did what it was asked for, and result.toml says
-/// `reached = false`.
+/// A warning says that the fit has not reached its pictures if the
+/// residual is far above the noise. The exit status is then still 0,
+/// and result.toml has `reached = false`.
 #[derive(Args, Debug)]
 #[command(verbatim_doc_comment)]
 pub(super) struct Options {
-    /// What to fit, and to what.
+    /// The configuration.
     #[arg(value_name = "CONFIG.toml", required_unless_present = "example")]
     config: Option<PathBuf>,
-    /// The folder of the run; it is made if there is none, and gone on
-    /// with if it has begun.
+    /// The folder of the run. It is created if necessary; a run that
+    /// it contains is continued.
     #[arg(short, long, value_name = "RUN", required_unless_present = "example")]
     output: Option<PathBuf>,
-    /// Prints a configuration with all keys, which runs beside the
-    /// scene.xml of `volume3d new bunny.obj -o .`
+    /// Prints a configuration with all keys, which runs in the folder
+    /// of the scene.xml of `volume3d new bunny.obj -o .`
     #[arg(long, exclusive = true)]
     example: bool,
     #[command(flatten)]
     threads: Threads,
 }
 
-/// Ended by a signal, with nothing lost.
+/// Interrupted by a signal after the state was saved.
 #[derive(Debug, thiserror::Error)]
-#[error("stopped after step {done} of {steps}; the same command goes on from there")]
+#[error("stopped after step {done} of {steps}; the same command continues from there")]
 pub(super) struct Interrupted {
     done: u64,
     steps: u64,
 }
 
-/// How long a state may be out of date.
+/// The interval at which the state is saved.
 const KEEP_EVERY: Duration = Duration::from_secs(5);
 
 pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
@@ -104,7 +105,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     let Problem { config, text, mut scene, fit, fingerprint, files } = Problem::read(path, output)?;
     signals::hold()?;
     let folder = Folder::open(output, &text, &files)?;
-    // Views look at the scene with cameras of their own, but it is written with its own.
+    // Views replace the camera of the scene; the fitted scene is written with the original one.
     let own = (scene.description().camera.clone(), scene.description().film);
     let kept = folder.state(fingerprint)?;
     fit.apply(&mut scene)?;
@@ -141,13 +142,13 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
         signals::hold().map_err(|e| stopped(e.into()))?;
         folder.begin(&fit, &mut scene).map_err(stopped)?;
     } else {
-        text += &format!("goes on after step {} of {}\n", fit.steps_taken(), config.steps);
+        text += &format!("continues after step {} of {}\n", fit.steps_taken(), config.steps);
     }
     signals::hold().map_err(|e| stopped(e.into()))?;
     let from = fit.steps_taken();
     let (start, before) = (Instant::now(), scene.trace_counts());
     let ended = steps(&config, &mut fit, &mut scene, &folder, (estimator, fingerprint));
-    // A step that was stopped may have left it to be ended wherever it is.
+    // After a stopped step, a signal might still exit the program wherever it is.
     let _ = signals::hold();
     folder.keep(&fit, fingerprint)?;
     ended?;
@@ -176,7 +177,7 @@ fn steps(
     let (mut kept, mut last) = (Instant::now(), Duration::ZERO);
     while !fit.is_done() {
         folder.frame(config, fit, scene).map_err(interrupted(fit.steps_taken(), config))?;
-        // A long step does not look for signals while it is prepared; everything before it is saved.
+        // A long step does not check for signals during its preparation; everything before it is saved.
         let is_long = last > KEEP_EVERY;
         if is_long {
             let (done, steps) = (fit.steps_taken(), config.steps);
@@ -190,7 +191,7 @@ fn steps(
                 return anyhow!(Interrupted { done, steps: config.steps });
             }
             anyhow!(
-                "step {}: {error}; the state after {done} steps is in {}, and a new folder takes another configuration",
+                "step {}: {error}; the state after {done} steps is in {}; use a new folder for another configuration",
                 done + 1,
                 place.display()
             )
@@ -218,39 +219,39 @@ fn is_stopped(error: &FitError) -> bool {
     matches!(error, FitError::Objective(ObjectiveError::Gradient(GradientError::Stopped(_))))
 }
 
-/// The message for a signal once the run has a folder: its state is saved.
+/// Converts the error of a signal to [`Interrupted`], once the run has a folder: its state is saved.
 fn interrupted(done: u64, config: &config::Config) -> impl Fn(anyhow::Error) -> anyhow::Error + Copy + use<> {
     let steps = config.steps;
     move |error| if is_stop(&error) { anyhow!(Interrupted { done, steps }) } else { error }
 }
 
-/// Samples of all images and gradients of so many steps.
+/// The number of samples of all images and gradients of `steps` steps.
 fn samples(config: &config::Config, fit: &Fit, steps: u64) -> usize {
     let views = &fit.objective().views;
     let pixels: usize = views.iter().map(|view| view.target.pixels.len()).sum();
     let each = config.gradient.spp + fit.objective().image_samples;
-    // Every view has its turn in each round.
+    // Each round uses every view once.
     (pixels * each).saturating_mul(steps as usize) / fit.round().max(1)
 }
 
-/// What speaks against the result.
+/// Warnings about the result.
 fn doubts(fit: &Fit) -> String {
     let mut text = String::new();
     let records = &fit.state().records;
-    // Every view has its turn in a round.
+    // Each round uses every view once.
     let round = fit.round().min(records.len());
     let (first, last) = (&records[..round], &records[records.len() - round..]);
     for (g, group) in fit.parameters().groups().iter().enumerate() {
         if round > 0 && last.iter().all(|record| record.norms[g] == 0.0) {
             text += &format!(
-                "WARNING: the gradient by `{}` was 0 in the end: it has left the views; try a smaller rate, or bounds\n",
+                "WARNING: the gradient by `{}` was 0 at the end: it has left all views; try a smaller rate, or bounds\n",
                 group.name
             );
         }
     }
     let sum = |records: &[Record]| records.iter().map(|r| r.loss + r.penalty).sum::<f64>();
     if sum(last) > sum(first) {
-        text += "WARNING: the loss is larger than at first; try smaller rates, or more samples\n";
+        text += "WARNING: the loss is larger than at the start; try smaller rates, or more samples\n";
     }
     let lost: usize = records.iter().map(|r| r.non_finite).sum();
     if lost > 0 {
@@ -260,13 +261,13 @@ fn doubts(fit: &Fit) -> String {
     if clamped > 0 {
         let all = records.len() * fit.state().x.len();
         text += &format!(
-            "{clamped} derivatives were clamped, of about {all} in all steps: the gradients were biased\n"
+            "{clamped} of about {all} derivatives were clamped, over all steps: the gradients were biased\n"
         );
     }
     text
 }
 
-/// Where the time of a step went, on average.
+/// The mean times of a step.
 fn times(times: Times, steps: u64, whole: Duration) -> String {
     if steps == 0 {
         return String::new();
@@ -274,8 +275,8 @@ fn times(times: Times, steps: u64, whole: Duration) -> String {
     let each = |time: Duration| time.as_secs_f64() / steps as f64;
     let Times { update, image, gradient, optimizer } = times;
     format!(
-        "{steps} steps in {:.1} s; a step takes {:.4} s for images, {:.4} s for gradients, {:.4} s for the optimiser, {:.4} s to \
-         bring the scene up to date\n",
+        "{steps} steps in {:.1} s; per step {:.4} s for images, {:.4} s for gradients, {:.4} s for the optimiser, {:.4} s \
+         for updates of the scene\n",
         whole.as_secs_f64(),
         each(image),
         each(gradient),

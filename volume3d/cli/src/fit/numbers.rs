@@ -1,9 +1,9 @@
-//! Arrays of a certain length.
+//! Arrays of a fixed length.
 
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 
-/// Exactly so many numbers. (An array that is too long passes for a tuple of serde's.)
+/// Exactly N numbers. (Serde reads an array that is too long as a tuple.)
 pub(super) fn numbers<'de, D: Deserializer<'de>, const N: usize>(
     deserializer: D,
 ) -> Result<Option<[f64; N]>, D::Error> {

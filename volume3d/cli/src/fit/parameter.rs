@@ -1,4 +1,4 @@
-//! What is fitted, and by which steps.
+//! A fitted parameter and its optimiser.
 
 use anyhow::bail;
 use serde::Deserialize;
@@ -9,10 +9,10 @@ use super::numbers::numbers;
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ParameterConfig {
-    /// The first of `tie` unless it is given.
+    /// The name; the first of `tie` unless given.
     #[serde(default)]
     pub(super) name: String,
-    /// Parameters that have the same values.
+    /// Parameters with the same values.
     #[serde(default)]
     pub(super) tie: Vec<String>,
     pub(super) rate: f64,
@@ -34,12 +34,12 @@ pub(super) struct ParameterConfig {
     #[serde(default, deserialize_with = "numbers")]
     pub(super) pivot: Option<[f64; 3]>,
     pub(super) start: Option<Vec<f64>>,
-    /// Largest distance of other starts from this one.
+    /// The largest distance of other starts from this one.
     pub(super) spread: Option<f64>,
 }
 
 impl ParameterConfig {
-    /// Refuses what does not go together in a fit of so many steps.
+    /// Refuses values out of range and keys that exclude one another, for a fit of `steps` steps.
     pub(super) fn check(&self, steps: u64) -> anyhow::Result<()> {
         let Self { name, rate, large_steps, redistance, refine, finish, bounds, .. } = self;
         if name.is_empty() {
@@ -49,7 +49,8 @@ impl ParameterConfig {
         }
         if !(*rate > 0.0 && rate.is_finite()) {
             bail!(
-                "the rate of `{name}` is {rate}, but must be positive: about the size of a step in units of the parameter, such as 0.02"
+                "the rate of `{name}` is {rate}, but must be positive: the approximate size of a step in units of the \
+                 parameter, such as 0.02"
             );
         }
         if let Some([low, high]) = bounds
@@ -77,32 +78,32 @@ impl ParameterConfig {
         }
         let is_grid = name.ends_with(".sdf");
         if *redistance && !is_grid {
-            bail!("redistance is for the sdf of a grid, not for `{name}`");
+            bail!("redistance applies to the sdf of a grid, not to `{name}`");
         }
         if !refine.is_empty() && !is_grid {
-            bail!("refine is for the sdf of a grid or network, not for `{name}`");
+            bail!("refine applies to the sdf of a grid or network, not to `{name}`");
         }
         let last = refine.last().is_some_and(|step| *step >= steps);
         if refine.first() == Some(&0) || last || !refine.is_sorted_by(|a, b| a < b) {
             bail!(
-                "refine of `{name}` is {refine:?}, but must be numbers of steps in increasing order, from 1 to {}",
+                "refine of `{name}` is {refine:?}, but must be step numbers in increasing order, from 1 to {}",
                 steps - 1
             );
         }
         if let Some(finish) = finish {
             if !is_grid {
-                bail!("finish is for the sdf of a network, not for `{name}`");
+                bail!("finish applies to the sdf of a network, not to `{name}`");
             }
             let least = refine.last().map_or(1, |step| step + 1);
             if !(least..steps).contains(finish) {
                 bail!(
-                    "finish of `{name}` is {finish}, but must be a number of steps from {least} to {}",
+                    "finish of `{name}` is {finish}, but must be a step number from {least} to {}",
                     steps - 1
                 );
             }
         }
         if large_steps.is_some() && !is_grid && !name.ends_with(".vertex_positions") {
-            bail!("large_steps is for vertex_positions and the sdf of a grid, not for `{name}`");
+            bail!("large_steps applies to vertex_positions and the sdf of a grid, not to `{name}`");
         }
         if let Some(lambda) = large_steps
             && is_grid
@@ -113,7 +114,7 @@ impl ParameterConfig {
         Ok(())
     }
 
-    /// All names of what has these values.
+    /// The names of all parameters with these values.
     pub(super) fn names(&self) -> Vec<&str> {
         let others = self.tie.iter().filter(|name| **name != self.name);
         std::iter::once(&self.name).chain(others).map(String::as_str).collect()

@@ -1,4 +1,4 @@
-//! From the text of a configuration to its values.
+//! Parses a configuration.
 
 use std::path::Path;
 
@@ -7,10 +7,10 @@ use anyhow::anyhow;
 use super::config::Config;
 use super::message;
 
-/// A configuration that runs, with all keys.
+/// An example with all keys, which runs.
 pub(super) const EXAMPLE: &str = include_str!("example.toml");
 
-/// Reads a configuration, whose relative paths are from its folder. `path` is for messages.
+/// Parses a configuration. Its relative paths are resolved against its folder. `path` is also for messages.
 pub(super) fn parse(text: &str, path: &Path) -> anyhow::Result<Config> {
     let mut config: Config =
         toml::from_str(text).map_err(|error| anyhow!(message::of(&error, text, path)))?;
@@ -29,7 +29,7 @@ pub(super) fn parse(text: &str, path: &Path) -> anyhow::Result<Config> {
 mod tests {
     use super::*;
 
-    /// All keys of the example by their tables, those that are not in force as well.
+    /// All keys of the example with their tables, including those in comments.
     fn keys_of_example() -> Vec<(String, String)> {
         let (mut table, mut found) = (String::new(), vec![]);
         for line in EXAMPLE.lines() {
@@ -54,14 +54,14 @@ mod tests {
         let mut known = vec![];
         for (table, keys) in message::keys_by_table() {
             if table == "gradient" {
-                // An inline table, in which keys follow one another.
+                // An inline table has several keys in one line.
                 assert!(keys.iter().all(|key| EXAMPLE.contains(&format!("{key} = "))), "{keys:?}");
                 continue;
             }
             assert!(keys.len() > 2, "{table}: {keys:?}");
             known.extend(keys.into_iter().map(|key| (table.to_owned(), key)));
         }
-        let tables = ["reference", "view", "parameter", "regularizer", "masks", "dtu"];
+        let tables = ["reference", "view", "parameter", "regularizer", "masks", "dtu", "photographs"];
         known.retain(|(table, key)| !(table.is_empty() && tables.contains(&key.as_str())));
         for key in &known {
             assert!(found.contains(key), "{key:?} is not in the example");

@@ -1,4 +1,4 @@
-//! Pictures of a fit that are looked at, from samples that the fit does not use.
+//! Pictures of a fit for viewing, from samples that the fit does not use.
 
 use glam::DVec3;
 use volume3d::Image;
@@ -8,13 +8,13 @@ use volume3d::scene::Scene;
 
 use super::super::session::silent;
 
-/// Samples a pixel of pictures that are only looked at.
+/// Samples per pixel of these pictures.
 pub(super) const PICTURE: usize = 64;
 
-/// Purposes of random numbers, apart from those of the fit.
+/// Key of their random streams, distinct from those of the fit.
 pub(super) const LOOKED_AT: u64 = 1 << 33;
 
-/// What a view sees of the scene as it is, by random numbers for a purpose.
+/// Renders a view of the scene in its current state, with the random numbers of a purpose.
 pub(super) fn looked_at(
     fit: &Fit,
     scene: &mut Scene,
@@ -26,7 +26,7 @@ pub(super) fn looked_at(
     Ok(render(scene, samples, purpose + view as u64, &silent())?.image)
 }
 
-/// Images in rows, side by side, with white between them.
+/// Images in rows, side by side, separated by white.
 pub(super) fn sheet(rows: &[Vec<Image>]) -> Image {
     const BETWEEN: usize = 4;
     let along = |row: &[Image]| row.iter().map(|image| image.width + BETWEEN).sum::<usize>();

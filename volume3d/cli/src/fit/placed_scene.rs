@@ -1,4 +1,4 @@
-//! The fitted scene as a file, in which a pose is a transform of the mesh that it moves.
+//! Writes the fitted scene. A pose becomes the transform of its mesh.
 
 use std::path::Path;
 
@@ -9,8 +9,8 @@ use volume3d::io::{read_text, write_bytes, write_scene};
 use volume3d::optimize::Parameters;
 use volume3d::scene::Scene;
 
-/// Writes a scene at x. Meshes that only a pose moves are written as they were, with the pose as their
-/// `to_world`.
+/// Writes a scene with parameters x. Meshes that only a pose moves are written unchanged, with the pose as
+/// their `to_world`.
 pub(super) fn write(
     path: &Path,
     scene: &mut Scene,
@@ -33,12 +33,12 @@ pub(super) fn write(
         return Ok(());
     }
     let text = with_transforms(&read_text(path)?, &maps);
-    let Some(text) = text else { bail!("{}: a shape is missing in it", path.display()) };
+    let Some(text) = text else { bail!("{}: a shape is missing", path.display()) };
     write_bytes(path, text.as_bytes())?;
     Ok(())
 }
 
-/// Gives shapes a `to_world`, by their number among the meshes of a scene as it is written.
+/// Inserts a `to_world` into shapes, given by their index among the meshes of a written scene.
 fn with_transforms(text: &str, maps: &[(usize, DAffine3)]) -> Option<String> {
     let (mut written, mut shape, mut given) = (String::with_capacity(text.len()), None, 0);
     for line in text.lines() {
@@ -61,7 +61,7 @@ fn with_transforms(text: &str, maps: &[(usize, DAffine3)]) -> Option<String> {
     (given == maps.len()).then_some(written)
 }
 
-/// A map as the rows of a 4 × 4 matrix for columns (x, y, z, 1).
+/// The rows of a map's 4 × 4 matrix for columns (x, y, z, 1).
 pub(super) fn rows(map: &DAffine3) -> [[f64; 4]; 4] {
     let (m, t) = (map.matrix3, map.translation);
     let row = |i: usize| [m.x_axis[i], m.y_axis[i], m.z_axis[i], t[i]];

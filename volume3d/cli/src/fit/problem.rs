@@ -1,4 +1,4 @@
-//! From a configuration to a fit that can begin.
+//! Builds a fit from its configuration.
 
 use std::path::{Path, PathBuf};
 
@@ -26,25 +26,25 @@ use super::parameter::ParameterConfig;
 use super::parse::parse;
 use super::views::views;
 
-/// All that a fit begins with.
+/// A fit before its first step, with its inputs.
 pub(super) struct Problem {
     pub(super) config: Config,
-    /// Of the configuration.
+    /// The text of the configuration.
     pub(super) text: String,
     pub(super) scene: Scene,
     pub(super) fit: Fit,
-    /// Of the configuration apart from its steps, and all files that it names, so that a state is not gone on
-    /// with under other input.
+    /// Checksum of the configuration without its steps, and of all files that it names: a state is not
+    /// resumed with other inputs.
     pub(super) fingerprint: u32,
     pub(super) files: Vec<PathBuf>,
 }
 
 impl Problem {
-    /// Reads and renders all of it, unless the run's folder is another's.
+    /// Reads all inputs and renders targets. An error if the run's folder belongs to another configuration.
     pub(super) fn read(path: &Path, run: &Path) -> anyhow::Result<Self> {
         let text = read_configuration(path)?;
         let mut config = parse(&text, path)?;
-        // Targets may take long to render.
+        // Checked first, because rendering targets may take long.
         Folder::check(run, &text)?;
         let scenes = std::iter::once(("scene", &config.scene));
         let reference = config.reference.iter().map(|reference| ("[reference]: scene", &reference.scene));
@@ -68,8 +68,8 @@ impl Problem {
             && (views.len() > 1 || views.iter().any(|v| v.camera.is_some()))
         {
             let problem = format!(
-                "`{}` is fitted to the scene's own camera, so that there can be one [[view]] only, without origin and fov; here \
-                 are {} views{}. Leave out the others, or fit what is seen in place of the camera: `all.translation`, \
+                "`{}` is a parameter of the scene's own camera, so there can be only one [[view]], without origin and fov; \
+                 here are {} views{}. Leave out the others, or fit the geometry instead of the camera: `all.translation`, \
                  `all.rotation`",
                 camera.name,
                 views.len(),
@@ -90,7 +90,7 @@ impl Problem {
         let active = parameters.active(&scene);
         if silhouettes.is_some() && !active.shapes.iter().chain(&active.implicits).any(|&active| active) {
             return Err(said(anyhow!(
-                "silhouettes is given, but no shape is fitted: it counts pixels near silhouettes of those that are"
+                "silhouettes is given, but no shape is fitted: it selects pixels near silhouettes of fitted shapes"
             )));
         }
         let masks = config.masks.as_ref().map(|m| masks(m, &scene, &parameters));
@@ -121,12 +121,12 @@ fn masks(config: &MasksConfig, scene: &Scene, parameters: &Parameters) -> anyhow
     let id = &config.shape;
     let implicit = scene.find_implicit(id).map_err(|e| anyhow!("[masks]: {e}"))?;
     if !parameters.active(scene).implicits[implicit] {
-        bail!("[masks]: nothing of `{id}` is fitted");
+        bail!("[masks]: no parameter of `{id}` is fitted");
     }
     Ok(MaskTerm { implicit, loss: config.loss()? })
 }
 
-/// A term for a shape that is fitted.
+/// A regularizer of a fitted shape.
 fn penalty(config: &RegularizerConfig, scene: &Scene, parameters: &Parameters) -> anyhow::Result<Penalty> {
     let RegularizerConfig { shape: id, weight, .. } = config;
     let is_fitted = |quantity: Quantity| parameters.groups().iter().any(|group| group.has(quantity));
@@ -135,17 +135,17 @@ fn penalty(config: &RegularizerConfig, scene: &Scene, parameters: &Parameters) -
         let surface = &scene.description().implicits[implicit].surface;
         if surface.downcast::<Baked>().is_none() && surface.downcast::<Guided>().is_none() {
             bail!(
-                "the eikonal regularizer is for networks on grids (<shape type=\"sdfnetwork\">), and `{id}` is none"
+                "the eikonal regularizer applies to networks (<shape type=\"sdfnetwork\">), and `{id}` is not one"
             );
         }
         if !is_fitted(Quantity::Sdf { implicit }) {
-            bail!("a regularizer of `{id}` does nothing unless `{id}.sdf` is fitted");
+            bail!("a regularizer of `{id}` has no effect unless `{id}.sdf` is fitted");
         }
         return Ok(Penalty::Eikonal { implicit, weight: *weight });
     };
     let shape = scene.find_shape(id).map_err(|e| anyhow!("regularizer: {e}"))?;
     if !is_fitted(Quantity::VertexPositions { shape }) {
-        bail!("a regularizer of `{id}` does nothing unless `{id}.vertex_positions` is fitted");
+        bail!("a regularizer of `{id}` has no effect unless `{id}.vertex_positions` is fitted");
     }
     Ok(Penalty::Mesh { shape, regularizer, weight: *weight })
 }
@@ -160,7 +160,7 @@ fn optimizer(parameter: &ParameterConfig, group: &Group, scene: &Scene) -> anyho
     if steps_of_its_own && group.members().any(|member| member != Member::from(group.quantity)) {
         let name = &parameter.name;
         bail!(
-            "large_steps, redistance, refine and finish are for a whole parameter that is tied to no other, not for `{name}`"
+            "large_steps, redistance, refine and finish apply to whole parameters without tie, not to `{name}`"
         );
     }
     Ok(match group.quantity {
@@ -175,14 +175,16 @@ fn optimizer(parameter: &ParameterConfig, group: &Group, scene: &Scene) -> anyho
                 && scene.description().implicits[implicit].surface.downcast::<Grid>().is_none() =>
         {
             let name = &parameter.name;
-            bail!("large_steps and redistance are for the nodes of a grid, and `{name}` is none");
+            bail!("large_steps and redistance apply to SDF grids only, and `{name}` is not one");
         }
         Quantity::Sdf { implicit }
             if finish.is_some()
                 && scene.description().implicits[implicit].surface.downcast::<Baked>().is_none() =>
         {
             let name = &parameter.name;
-            bail!("finish is for a network on a grid (<shape type=\"sdfnetwork\">), and `{name}` is none");
+            bail!(
+                "finish applies to networks on grids (<shape type=\"sdfnetwork\">), and `{name}` is not one"
+            );
         }
         _ if steps_of_its_own => {
             let smoothing = large_steps.unwrap_or(0.0);
@@ -200,16 +202,16 @@ fn parameters(config: &Config, scene: &Scene) -> anyhow::Result<Parameters> {
         if let Some(pivot) = *pivot {
             let has_pivot = |q: Quantity| matches!(q, Quantity::Rotation { .. } | Quantity::Scale { .. });
             if !parameters.groups()[group].members().all(|member| has_pivot(member.quantity)) {
-                bail!(
-                    "a pivot is for the rotation or scale of something other than the camera, not for `{name}`"
-                );
+                bail!("a pivot applies to a rotation or scale, except of the camera, not to `{name}`");
             }
             parameters = parameters.with_pivot(group, DVec3::from_array(pivot));
         }
         let Some(bounds) = *bounds else { continue };
         match parameters.groups()[group].quantity {
             _ if parameters.groups()[group].turns() => bail!("`{name}`: a rotation has no bounds"),
-            Quantity::Scale { .. } if bounds[0] <= 0.0 => bail!("`{name}`: the least scale is above 0"),
+            Quantity::Scale { .. } if bounds[0] <= 0.0 => {
+                bail!("`{name}`: the bounds of a scale must be positive")
+            }
             _ => parameters = parameters.with_bounds(group, bounds),
         }
     }
@@ -251,7 +253,7 @@ fn fingerprint(files: &[PathBuf], configuration: &str) -> anyhow::Result<u32> {
     Ok(hasher.finalize())
 }
 
-/// The transpose of a method, at the seeds of steps.
+/// The reverse mode of a method, with the seed of each step.
 pub(super) fn reverse(
     estimator: Estimator,
 ) -> impl Fn(&Scene, &Image, &ActiveParameters, u64, &Progress) -> Result<Gradient, GradientError> {
@@ -260,8 +262,8 @@ pub(super) fn reverse(
     }
 }
 
-/// The method of all steps. A pilot chooses by what views see before the first step, so that a run that is
-/// gone on with has the same.
+/// The method of all steps, and a text about it. A pilot chooses it from all views before the first step, so
+/// a resumed run has the same one.
 pub(super) fn chosen(config: &Config, fit: &Fit, scene: &mut Scene) -> anyhow::Result<(Estimator, String)> {
     let method = config.gradient.method()?;
     let estimator = MethodOptions::plain(method).estimator(config.gradient.spp, config.seed, None);
@@ -274,8 +276,8 @@ pub(super) fn chosen(config: &Config, fit: &Fit, scene: &mut Scene) -> anyhow::R
     Ok(method::chosen(estimator, |_| Ok(choice))?)
 }
 
-/// Warnings of a method that misses the boundary terms of what is fitted. The silhouettes of the shape of
-/// `[masks]` are those of the masks.
+/// Warnings about a method without the boundary terms of fitted parameters. The silhouettes of the shape of
+/// `[masks]` are fitted to the masks.
 pub(super) fn missed(config: &Config, fit: &Fit, scene: &Scene) -> anyhow::Result<String> {
     let mut active = fit.parameters().active(scene);
     if let Some(masks) = &fit.objective().masks {
@@ -285,7 +287,8 @@ pub(super) fn missed(config: &Config, fit: &Fit, scene: &Scene) -> anyhow::Resul
     Ok(if config.gradient.method()? == Method::Interior && moves { INTERIOR } else { "" }.to_owned())
 }
 
-/// Warnings of motions that have no derivative, or that nothing follows, as the scene is at first.
+/// Warnings about motions without a derivative, or whose discontinuities no field follows, for the initial
+/// scene.
 pub(super) fn contacts(fit: &Fit, scene: &Scene) -> String {
     let active = fit.parameters().active(scene);
     let implicit =
@@ -293,10 +296,11 @@ pub(super) fn contacts(fit: &Fit, scene: &Scene) -> String {
     contact::in_contact(scene, |shape| active.shapes[shape]) + &implicit.unwrap_or_default()
 }
 
-/// Samples a pixel that look for what a view depends on, at first and where that has found nothing.
+/// Samples per pixel used to find the parameters on which a view depends; the second number if the first
+/// finds none.
 const LOOK: [usize; 2] = [8, 64];
 
-/// Warns of views that see nothing of what is fitted; what no view sees is an error.
+/// Warns about views that depend on no fitted parameter. A parameter on which no view depends is an error.
 pub(super) fn check_views(config: &Config, fit: &Fit, scene: &mut Scene) -> anyhow::Result<()> {
     let views = &fit.objective().views;
     let groups = fit.parameters().groups();
@@ -314,13 +318,13 @@ pub(super) fn check_views(config: &Config, fit: &Fit, scene: &mut Scene) -> anyh
         }
         (0..groups.len()).filter(|g| !unseen.contains(g)).for_each(|g| seen[g] = true);
         if unseen.len() == groups.len() {
-            bar.say(&format!("WARNING: view `{}` does not depend on anything that is fitted", view.name));
+            bar.say(&format!("WARNING: view `{}` does not depend on any fitted parameter", view.name));
         }
         bar.step();
     }
     if let Some(group) = seen.iter().position(|seen| !seen) {
         bail!(
-            "`{}` changes no pixel of any view: it is not seen, or its light is not; nothing can be fitted by it",
+            "`{}` changes no pixel of any view: neither it nor its light is visible, so it cannot be fitted",
             groups[group].name
         );
     }

@@ -5,9 +5,9 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 use volume3d::optimize::{Fit, Record};
 
-/// A bar on the standard error, if that is a terminal.
+/// A progress bar on standard error, if that is a terminal.
 pub(super) fn bar(what: &'static str, steps: u64) -> ProgressBar {
-    let template = format!("{what} {{bar:24}} {{pos}}/{{len}}  {{msg}}  {{elapsed}} gone, {{eta}} left");
+    let template = format!("{what} {{bar:24}} {{pos}}/{{len}}  {{msg}}  {{elapsed}} elapsed, {{eta}} left");
     let style = ProgressStyle::with_template(&template).unwrap_or_else(|_| ProgressStyle::default_bar());
     let bar = ProgressBar::new(steps).with_style(style);
     bar.enable_steady_tick(Duration::from_millis(200));

@@ -1,4 +1,4 @@
-//! Whether a fit has reached its pictures: its residual against what noise explains.
+//! Whether a fit has reached its pictures: compares its residual with the noise.
 
 use std::fmt::Write as _;
 
@@ -11,15 +11,15 @@ use volume3d::scene::Scene;
 use super::config::Config;
 use super::pictures::{PICTURE, looked_at};
 
-/// Samples a pixel of the pictures that a fit is judged by.
+/// Samples per pixel of the renderings that a fit is judged by.
 pub(super) const JUDGED: usize = 4 * PICTURE;
 
-/// Ratio of residual to noise from which a fit is said not to have reached its pictures, one at the optimum.
-/// The pictures that judge have many more samples than those of steps, so that the scatter of the last
-/// steps, which is of the size of their noise, adds a few times that; a wrong optimum has tens to thousands.
+/// The largest ratio of residual to noise at which a fit has reached its pictures; the optimum has 1. These
+/// renderings have many more samples than those of steps, so the scatter of the last steps, which is of the
+/// size of their noise, makes the ratio a few times larger. A wrong optimum has tens to thousands.
 const REACHED: f64 = 10.0;
 
-/// Purpose of random numbers, apart from those of pictures.
+/// Key of random streams, distinct from that of pictures.
 const NOISE: u64 = 1 << 34;
 
 /// The losses of one view at the result.
@@ -28,14 +28,14 @@ pub(super) struct Judged {
     pub(super) view: String,
     /// The loss of a rendering against the target.
     pub(super) residual: f64,
-    /// The loss of the same rendering against another one with as much noise as the target.
+    /// The loss of the same rendering against another rendering with as much noise as the target.
     pub(super) noise: f64,
 }
 
-/// Judges a view by a rendering of it with [`JUDGED`] samples, at the scene as it is.
+/// Judges a view of the scene in its current state by `image`, a rendering of it with [`JUDGED`] samples.
 ///
-/// The noise is that of a second, independent rendering: with as many samples as a rendered target has, or
-/// else with the noise that the target itself shows between neighbouring pixels.
+/// The noise is the loss against a second, independent rendering: with as many samples as a rendered target,
+/// or with the noise estimated from differences of neighbouring pixels of a target picture.
 pub(super) fn judged(
     config: &Config,
     fit: &Fit,
@@ -45,7 +45,7 @@ pub(super) fn judged(
 ) -> anyhow::Result<Judged> {
     let (objective, parameters) = (fit.objective(), fit.parameters());
     let View { name, target, .. } = &objective.views[view];
-    let has_picture = config.dtu.is_some() || config.views.get(view).is_some_and(|v| v.target.is_some());
+    let has_picture = config.is_photographed() || config.views.get(view).is_some_and(|v| v.target.is_some());
     let samples = config.reference.as_ref().filter(|_| !has_picture).map(|reference| reference.spp);
     let mut other = looked_at(fit, scene, view, samples.unwrap_or(JUDGED), NOISE)?;
     if samples.is_none() {
@@ -56,12 +56,12 @@ pub(super) fn judged(
     Ok(Judged { view: name.clone(), residual, noise })
 }
 
-/// Adds Gaussian noise of a standard deviation.
+/// Adds Gaussian noise with a standard deviation.
 fn add_noise(image: &mut Image, deviation: f64, seed: u64) {
     let mut random = stream(seed, &[NOISE]);
     let mut uniform = || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
     for pixel in &mut image.pixels {
-        // Box and Muller.
+        // Box–Muller transform.
         *pixel = pixel.map(|x| {
             let radius = (-2.0 * (1.0 - uniform()).ln()).sqrt();
             x + deviation * radius * (std::f64::consts::TAU * uniform()).cos()
@@ -69,8 +69,9 @@ fn add_noise(image: &mut Image, deviation: f64, seed: u64) {
     }
 }
 
-/// The standard deviation of noise in a picture: the median of its second differences of second differences,
-/// which are 0 for any quadratic image and have 6 times the deviation of white noise (Immerkær 1996).
+/// The standard deviation of noise in a picture, from the median absolute value of second differences in x of
+/// second differences in y. These are 0 for quadratic images, and for white noise their deviation is 6 times
+/// that of the noise (Immerkær 1996).
 fn deviation(image: &Image) -> f64 {
     const MASK: [[f64; 3]; 3] = [[1.0, -2.0, 1.0], [-2.0, 4.0, -2.0], [1.0, -2.0, 1.0]];
     let (width, height) = image.size();
@@ -86,14 +87,14 @@ fn deviation(image: &Image) -> f64 {
         return 0.0;
     }
     let middle = found.len() / 2;
-    // The median of |x| is 0.6745 deviations of a Gaussian.
+    // The median of |x| is 0.6745 standard deviations of a Gaussian.
     *found.select_nth_unstable_by(middle, f64::total_cmp).1 / (6.0 * 0.6745)
 }
 
 /// The judgement over all views.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Quality {
-    /// The mean residual of all views, and the mean of what noise explains.
+    /// The mean residual of all views, and their mean noise.
     pub(super) residual: f64,
     pub(super) noise: f64,
 }
@@ -105,7 +106,7 @@ impl Quality {
         Self { residual: mean(|v| v.residual), noise: mean(|v| v.noise) }
     }
 
-    /// Residual divided by the noise.
+    /// Residual divided by noise, at least 1.
     pub(super) fn ratio(self) -> f64 {
         if self.residual <= self.noise { 1.0 } else { self.residual / self.noise }
     }
@@ -114,17 +115,17 @@ impl Quality {
         self.ratio() <= REACHED
     }
 
-    /// In words, for the report.
+    /// A sentence for the report.
     pub(super) fn words(self) -> String {
         let Self { residual, noise } = self;
         if self.is_reached() {
             format!(
-                "The fit has reached its pictures: its residual, {residual:.2e}, is {} times what noise explains, {noise:.2e}.",
+                "The fit has reached its pictures: its residual, {residual:.2e}, is {} times the noise, {noise:.2e}.",
                 times(self.ratio())
             )
         } else {
             format!(
-                "The fit has not reached its pictures: its residual, {residual:.2e}, is {} times what noise explains, {noise:.2e}.",
+                "The fit has not reached its pictures: its residual, {residual:.2e}, is {} times the noise, {noise:.2e}.",
                 times(self.ratio())
             )
         }
@@ -136,7 +137,7 @@ impl Quality {
             return String::new();
         }
         let mut text = format!(
-            "WARNING: the fit has not reached its pictures: residual {} times what noise explains ({:.2e}, {:.2e})",
+            "WARNING: the fit has not reached its pictures: residual {} times the noise ({:.2e}, {:.2e})",
             times(self.ratio()),
             self.residual,
             self.noise
@@ -145,23 +146,19 @@ impl Quality {
         if let Some(worst) =
             views.iter().max_by(|a, b| ratio(a).total_cmp(&ratio(b))).filter(|_| views.len() > 1)
         {
-            let _ = write!(text, ", most in view `{}`", worst.view);
+            let _ = write!(text, ", worst in view `{}`", worst.view);
         }
-        text += ". It may be a wrong optimum: look at report.html, and try a nearer start, or starts = 8";
-        text += if config.steps < 200 {
-            "; or it had too few steps: raise steps and run the same command"
-        } else {
-            ""
-        };
+        text += ". It may be a wrong optimum: see report.html, and try a closer start, or starts = 8";
+        text +=
+            if config.steps < 200 { "; or too few steps: raise steps and run the same command" } else { "" };
         if config.reference.is_none() {
-            text +=
-                "; or the scene cannot look like the pictures: its materials, lights or background differ";
+            text += "; or the scene cannot match the pictures, because its materials, lights or background differ";
         }
         text + "\n"
     }
 }
 
-/// A ratio with the digits that it deserves.
+/// A ratio, with a decimal if it is below 10.
 fn times(ratio: f64) -> String {
     if ratio < 10.0 { format!("{ratio:.1}") } else { format!("{ratio:.0}") }
 }

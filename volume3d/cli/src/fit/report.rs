@@ -1,4 +1,4 @@
-//! The page that shows a run.
+//! The report of a run, as HTML.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -17,7 +17,7 @@ use super::views::view_file;
 
 const STYLE: &str = include_str!("report.css");
 
-/// Views that are shown; all of them are in the folder.
+/// The largest number of views in the report; the folder has all.
 const SHOWN: usize = 16;
 
 /// Content of the report at the end of a run.
@@ -25,14 +25,14 @@ pub(super) struct Found<'r> {
     pub(super) fit: &'r Fit,
     /// Start values of the fit.
     pub(super) start: &'r [f64],
-    /// The range of the difference of each view.
+    /// The range of the difference image of each view.
     pub(super) ranges: &'r [f64],
     pub(super) views: &'r [Judged],
     /// The table of several starts; empty if there was one.
     pub(super) table: &'r str,
 }
 
-/// A page that needs no other file.
+/// The page; it refers to no other files.
 pub(super) fn page(
     config: &Config,
     found: &Found<'_>,
@@ -57,8 +57,8 @@ pub(super) fn page(
     );
     if !quality.is_reached() {
         page.push_str(
-            "<p>It may be a wrong optimum, too few steps, or a scene that cannot look like its pictures: compare fit and target \
-             below, try a nearer start, <code>starts = 8</code> or more <code>steps</code>.</p>\n",
+            "<p>It may be a wrong optimum, too few steps, or a scene that cannot match its pictures: compare fit and \
+             target below, and try a closer start, <code>starts = 8</code> or more <code>steps</code>.</p>\n",
         );
     }
     let _ = writeln!(
@@ -80,14 +80,14 @@ pub(super) fn page(
     let (first, last) = records.first().zip(records.last()).map_or((0.0, 0.0), |(a, b)| (a.loss, b.loss));
     let _ = writeln!(
         page,
-        "<h2>Loss</h2><figure class=\"curve\">{}<figcaption>The loss of each of {} steps, from {first:.3e} to {last:.3e}, and its \
-         mean over neighbouring steps. Images of steps are noisy, and their losses with them.</figcaption></figure>",
+        "<h2>Loss</h2><figure class=\"curve\">{}<figcaption>The loss of each of {} steps, from {first:.3e} to \
+         {last:.3e}, and its moving average. The images of steps are noisy, and so are their losses.</figcaption></figure>",
         inherited(&String::from_utf8_lossy(&read("loss.svg")?)),
         records.len()
     );
     let _ = writeln!(
         page,
-        "<h2>Views</h2><p>Differences are fit less target: red where the fit is too bright, blue where it is \
+        "<h2>Views</h2><p>Differences are fit minus target: red where the fit is too bright, blue where it is \
          too dark, each view in its own range.</p>"
     );
     for (v, view) in views.iter().enumerate().take(SHOWN) {
@@ -114,7 +114,7 @@ pub(super) fn page(
         let _ = writeln!(page, "<p>{more} more views are in the folder <code>views</code>.</p>");
     }
     if !config.deviations.is_empty() {
-        let _ = writeln!(page, "<h2>Read in another way than it may have been meant</h2><ul>");
+        let _ = writeln!(page, "<h2>Parts of the scene that may be read differently than intended</h2><ul>");
         for note in &config.deviations {
             let _ = writeln!(page, "<li>{}</li>", escape(note));
         }
@@ -130,7 +130,7 @@ pub(super) fn page(
     Ok(page)
 }
 
-/// Start and end of all parameters that are few numbers.
+/// A table with start and end of all parameters with few numbers.
 fn values(fit: &Fit, start: &[f64]) -> String {
     let mut table = "<div class=\"wide\"><table><tr><th>parameter<th>unit<th>start<th>end</tr>\n".to_owned();
     let result = fit.result();
@@ -157,9 +157,9 @@ fn matrix(pose: &Pose<'_>) -> String {
     let (distance, angle, axis) = pose.motion();
     let pivot = pose.placed.pivot;
     let mut text = format!(
-        "<h3>Pose of <code>{}</code></h3><p>Moved by {distance:.5} scene units and turned by {angle:.3}° about \
-         ({:.4}, {:.4}, {:.4}) through the pivot ({:.5}, {:.5}, {:.5}), both from the scene before the fit. As a matrix, for columns \
-         (x, y, z, 1) in scene units; <code>result.toml</code> has all digits:</p><table class=\"matrix\">",
+        "<h3>Pose of <code>{}</code></h3><p>Moved by {distance:.5} scene units and rotated by {angle:.3}° about \
+         ({:.4}, {:.4}, {:.4}) through the pivot ({:.5}, {:.5}, {:.5}), relative to the scene before the fit. The matrix \
+         for columns (x, y, z, 1) in scene units; <code>result.toml</code> has all digits:</p><table class=\"matrix\">",
         escape(&pose.name),
         axis.x,
         axis.y,
@@ -177,15 +177,15 @@ fn matrix(pose: &Pose<'_>) -> String {
 
 fn settings(config: &Config, fit: &Fit) -> anyhow::Result<String> {
     let loss = match fit.objective().loss {
-        Loss::Multiscale { levels } => format!("mean squares over {levels} resolutions"),
+        Loss::Multiscale { levels } => format!("mean squares at {levels} resolutions"),
         Loss::Relative { epsilon } => format!("relative squares, ε = {epsilon}"),
         Loss::L1 => "mean absolute difference".to_owned(),
         _ => "mean square".to_owned(),
     };
     let schedule = match config.schedule {
         Schedule::Constant {} => "constant".to_owned(),
-        Schedule::Cosine { end } => format!("falling as a cosine, to {end} times the first"),
-        Schedule::Exponential { end } => format!("falling exponentially, to {end} times the first"),
+        Schedule::Cosine { end } => format!("cosine, falling to {end} times the first"),
+        Schedule::Exponential { end } => format!("exponential, falling to {end} times the first"),
     };
     let rates = fit.parameters().groups().iter().zip(fit.optimizers());
     let rates: Vec<String> =
@@ -193,15 +193,15 @@ fn settings(config: &Config, fit: &Fit) -> anyhow::Result<String> {
     let views = fit.objective().views.len();
     let rows = [
         ("steps", config.steps.to_string()),
-        ("views", format!("{views}, {} in a step", config.views_per_step.unwrap_or(views).min(views))),
+        ("views", format!("{views}, {} per step", config.views_per_step.unwrap_or(views).min(views))),
         ("loss", loss),
         (
-            "samples a pixel",
-            format!("{} of gradients, {} of images", config.gradient.spp, fit.objective().image_samples),
+            "samples per pixel",
+            format!("{} for gradients, {} for images", config.gradient.spp, fit.objective().image_samples),
         ),
-        ("method of gradients", config.gradient.method_name().to_owned()),
+        ("gradient method", config.gradient.method_name().to_owned()),
         ("learning rates", rates.join(", ")),
-        ("their schedule", schedule),
+        ("learning rate schedule", schedule),
         ("starts", config.starts.to_string()),
         ("seed", config.seed.to_string()),
     ];
@@ -209,7 +209,7 @@ fn settings(config: &Config, fit: &Fit) -> anyhow::Result<String> {
     Ok(format!("<div class=\"wide\"><table>{rows}</table></div>"))
 }
 
-/// A curve whose lines and letters have the colour of the page.
+/// A plot whose lines and letters have the colour of the page.
 fn inherited(svg: &str) -> String {
     let svg = svg.replace("#000000", "currentColor").replace("#FFFFFF", "none");
     svg.replacen("<svg width=\"720\" height=\"360\"", "<svg", 1)

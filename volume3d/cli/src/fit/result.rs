@@ -1,4 +1,4 @@
-//! The result of a fit: values with units, poses as matrices, and how far it came.
+//! The result of a fit: values with units, poses as matrices, and its quality.
 
 use std::fmt::Write as _;
 
@@ -9,10 +9,10 @@ use volume3d::scene::Scene;
 use super::placed_scene::rows;
 use super::quality::{Judged, Quality};
 
-/// Numbers of a parameter that are listed one by one; larger ones are in the scene.
+/// The largest number of values that are listed; those of larger parameters are in the scene.
 pub(super) const LISTED: usize = 12;
 
-/// Meaning of a parameter's numbers.
+/// The unit of a parameter's values.
 pub(super) fn unit(group: &Group) -> &'static str {
     match group.quantity {
         Quantity::VertexPositions { .. } | Quantity::Translation { .. } | Quantity::CameraTranslation => {
@@ -31,14 +31,14 @@ pub(super) fn unit(group: &Group) -> &'static str {
     }
 }
 
-/// A pose in words, with the name of its object.
+/// A pose with the name of its object.
 pub(super) struct Pose<'p> {
     pub(super) name: String,
     pub(super) placed: Placed<'p>,
 }
 
 impl Pose<'_> {
-    /// The distance by which the pivot moved, the angle in degrees, and its axis.
+    /// The distance by which the pivot moved, the rotation angle in degrees, and its axis.
     pub(super) fn motion(&self) -> (f64, f64, DVec3) {
         let map = self.placed.map;
         let distance = (map.transform_point3(self.placed.pivot) - self.placed.pivot).length();
@@ -49,7 +49,7 @@ impl Pose<'_> {
             map.matrix3.z_axis / scale,
         ))
         .to_axis_angle();
-        // The shorter way round.
+        // The smaller of the two angles.
         let (axis, angle) =
             if angle > std::f64::consts::PI { (-axis, std::f64::consts::TAU - angle) } else { (axis, angle) };
         (distance, angle.to_degrees(), axis)
@@ -65,7 +65,7 @@ pub(super) fn poses(fit: &Fit) -> Vec<Pose<'_>> {
         .collect()
 }
 
-/// The object's name, as the first parameter that places it has it.
+/// The object's name, from the first parameter that places it.
 fn name_of(fit: &Fit, placed: &Placed<'_>) -> String {
     let places = |q: Quantity| match q {
         Quantity::Translation { of } | Quantity::Rotation { of } | Quantity::Scale { of } => {
@@ -79,7 +79,7 @@ fn name_of(fit: &Fit, placed: &Placed<'_>) -> String {
     name.map_or_else(String::new, |name| name.what.to_owned())
 }
 
-/// The values of a fit, a line for each parameter.
+/// The values of a fit, a line per parameter.
 pub(super) fn listed(fit: &Fit) -> String {
     let mut text = String::new();
     for group in fit.parameters().groups() {
@@ -95,14 +95,14 @@ pub(super) fn listed(fit: &Fit) -> String {
         let (distance, angle, _) = pose.motion();
         let _ = writeln!(
             text,
-            "pose of `{}`: {distance:.4} scene units and {angle:.2}° from the scene; its matrix is in result.toml",
+            "pose of `{}`: moved by {distance:.4} scene units and rotated by {angle:.2}°; its matrix is in result.toml",
             pose.name
         );
     }
     text
 }
 
-/// The result as TOML, for programs.
+/// The result as TOML, for other programs.
 pub(super) fn toml(fit: &Fit, start: &[f64], scene: &Scene, judged: &[Judged]) -> String {
     let records = &fit.state().records;
     let losses = records.first().zip(records.last()).map_or((0.0, 0.0), |(a, b)| (a.loss, b.loss));
@@ -110,7 +110,7 @@ pub(super) fn toml(fit: &Fit, start: &[f64], scene: &Scene, judged: &[Judged]) -
     let mut text = format!(
         "# The result of a fit. Lengths are in units of the scene, angles in radians unless named otherwise.\n\
          steps = {}\nfirst_loss = {}\nlast_loss = {}\n\n\
-         # Mean over views; a fit that has reached its pictures has a residual of about its noise.\n\
+         # Means over views; if a fit has reached its pictures, its residual is about its noise.\n\
          [quality]\nresidual = {}\nnoise = {}\nreached = {}\n",
         records.len(),
         number(losses.0),
@@ -138,14 +138,15 @@ pub(super) fn toml(fit: &Fit, start: &[f64], scene: &Scene, judged: &[Judged]) -
             let _ = writeln!(text, "value = {}", list(&fit.result()[group.range.clone()]));
         } else {
             let dimensions = group.first().dimensions(scene);
-            let _ = writeln!(text, "dimensions = {dimensions:?}    # its values are those of fit.xml");
+            let _ = writeln!(text, "dimensions = {dimensions:?}    # the values are in fit.xml");
         }
     }
     for pose in poses(fit) {
         let (distance, degrees, axis) = pose.motion();
         let _ = writeln!(
             text,
-            "\n# matrix: from a point (x, y, z, 1) of the scene before the fit to where it is; pivot: the centre of rotation before\n\
+            "\n# matrix: maps a point (x, y, z, 1) of the scene before the fit to its fitted position; pivot: the centre \
+             of rotation before the fit\n\
              [[pose]]\nof = {}\npivot = {}\nmoved = {}\ndegrees = {}\naxis = {}\nmatrix = [",
             string(&pose.name),
             list(&pose.placed.pivot.to_array()),
@@ -163,7 +164,7 @@ fn list(numbers: &[f64]) -> String {
     format!("[{}]", numbers.iter().map(|x| number(*x)).collect::<Vec<_>>().join(", "))
 }
 
-/// A number of TOML, which has a point or an exponent.
+/// A TOML number, with a decimal point or an exponent.
 fn number(x: f64) -> String {
     if x.is_nan() {
         return "nan".to_owned();

@@ -1,4 +1,4 @@
-//! Several starts: short fits from places around the first, of which the best is kept.
+//! Several starts: short fits from points around the first start; the best is kept.
 
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write as _;
@@ -19,16 +19,16 @@ use super::folder::Folder;
 use super::problem::reverse;
 use super::progress;
 
-/// Places that are looked at for each start, of which the best are taken.
+/// Number of random points per start; the best of them become starts.
 const LOOKED_AT_EACH: usize = 16;
 
-/// The part of all steps that a short fit takes, and how many it takes at least.
+/// A short fit has 1/4 of all steps, at least 10.
 const SHORT: (u64, u64) = (4, 10);
 
-/// Views that places are compared by, at most.
+/// The largest number of views used to compare points.
 const COMPARED: usize = 8;
 
-/// Purposes of random numbers, apart from those of the fit.
+/// Keys of random streams, distinct from those of the fit.
 const PLACES: u64 = 1 << 35;
 const LOOKS: u64 = (1 << 35) + 1;
 
@@ -42,8 +42,8 @@ struct Attempt {
     after: f64,
 }
 
-/// The start that is best after a short fit, with the table of all. What was found is kept in the run's
-/// folder: a run that is gone on with has the same bits.
+/// The start that is best after a short fit, with a table of all. Results are saved in the run's folder, so
+/// that a resumed run has the same bits.
 pub(super) fn best(
     config: &Config,
     fit: &Fit,
@@ -64,7 +64,7 @@ pub(super) fn best(
         .collect();
     if spreads.iter().all(|spread| *spread == 0.0) {
         bail!(
-            "starts = {}, but nothing that is fitted has a spread: say how far starts are apart by spread = … of a [[parameter]]",
+            "starts = {}, but no parameter has a spread: set spread = … of a [[parameter]], the distance between starts",
             config.starts
         );
     }
@@ -78,7 +78,7 @@ pub(super) fn best(
         losses.push(loss(fit, scene, &x, config.gradient.spp)?);
         bar.inc(1);
     }
-    // The start that is asked for is always one of them.
+    // The configured start is always one of them.
     let mut order: Vec<usize> = (1..places).collect();
     order.sort_by(|a, b| losses[*a].total_cmp(&losses[*b]));
     let chosen = std::iter::once(0).chain(order).take(count);
@@ -96,7 +96,7 @@ pub(super) fn best(
         write_checkpoint(&path, short.state(), fingerprint)?;
         end?;
         let x = short.result().to_vec();
-        // With more samples than the places were compared by, and others.
+        // With more samples than the points were compared with, and different ones.
         let after = loss(fit, scene, &x, 4 * config.gradient.spp)?;
         attempts.push((Attempt { place, before: losses[place], after }, x));
     }
@@ -123,8 +123,8 @@ fn to_end(fit: &mut Fit, scene: &mut Scene, estimator: Estimator, bar: &Progress
     Ok(())
 }
 
-/// The mean loss over views at x, from renderings of so many samples; infinite where the scene cannot be
-/// there.
+/// The mean loss over views at x, from renderings with `samples` samples per pixel; infinite if the scene
+/// does not allow x.
 fn loss(fit: &Fit, scene: &mut Scene, x: &[f64], samples: usize) -> anyhow::Result<f64> {
     let (objective, parameters) = (fit.objective(), fit.parameters());
     if parameters.apply(x, scene).is_err() {
@@ -141,8 +141,8 @@ fn loss(fit: &Fit, scene: &mut Scene, x: &[f64], samples: usize) -> anyhow::Resu
     Ok(sum / count.max(1) as f64)
 }
 
-/// How far other places are from the start by a parameter: unless it says, half a turn for rotations, some
-/// rates for other poses and the camera, and nothing for materials, lights and vertices.
+/// The distance of other points from the start along a parameter. Default: π for rotations, 10 rates for
+/// other poses and the camera, and 0 for materials, lights and vertices.
 fn spread(group: &Group, given: Option<f64>, rate: f64) -> f64 {
     given.unwrap_or(match group.quantity {
         Quantity::Rotation { .. } => PI,
@@ -155,7 +155,7 @@ fn spread(group: &Group, given: Option<f64>, rate: f64) -> f64 {
     })
 }
 
-/// A place around the start; the first is the start itself.
+/// A random point around the start; point 0 is the start itself.
 fn at(fit: &Fit, spreads: &[f64], seed: u64, place: usize) -> Vec<f64> {
     let (mut x, mut step) = (fit.state().x.clone(), vec![0.0; fit.parameters().len()]);
     if place == 0 {
@@ -174,12 +174,12 @@ fn at(fit: &Fit, spreads: &[f64], seed: u64, place: usize) -> Vec<f64> {
     x
 }
 
-/// A rotation vector, uniform among the rotations by at most an angle.
+/// A rotation vector, uniformly distributed over rotations by at most an angle.
 fn turn(most: f64, random: &mut impl Rng) -> DVec3 {
     let z = 2.0 * open01(random) - 1.0;
     let (sin, cos) = (TAU * open01(random)).sin_cos();
     let radius = (1.0 - z * z).sqrt();
-    // Rotations by an angle have the measure 1 − cos of it.
+    // The density of the angle is proportional to 1 − cos(angle).
     let angle = loop {
         let angle = most * open01(random);
         if open01(random) * (1.0 - most.cos()) <= 1.0 - angle.cos() {
@@ -189,7 +189,7 @@ fn turn(most: f64, random: &mut impl Rng) -> DVec3 {
     angle * DVec3::new(radius * cos, radius * sin, z)
 }
 
-/// A line for each start.
+/// A table with a line per start.
 fn listed(attempts: &[Attempt], steps: u64, best: usize) -> String {
     let mut text = format!("start   loss before   after {steps} steps\n");
     for (number, Attempt { place, before, after }) in attempts.iter().enumerate() {
@@ -208,7 +208,7 @@ mod tests {
     fn turns_fill_their_ball_of_rotations() {
         let mut random = stream(1, &[]);
         let angles: Vec<f64> = (0..4000).map(|_| turn(PI, &mut random).length()).collect();
-        // The mean angle of a uniform rotation is π/2 + 2/π, with a deviation of 0.65.
+        // The mean angle of a uniform rotation is π/2 + 2/π, with a standard deviation of 0.65.
         let mean = angles.iter().sum::<f64>() / angles.len() as f64;
         assert!((mean - (0.5 * PI + 2.0 / PI)).abs() < 5.0 * 0.65 / 4000f64.sqrt(), "{mean}");
         assert!((0..100).all(|_| turn(0.2, &mut random).length() <= 0.2));

@@ -8,6 +8,7 @@ use rand::Rng as _;
 use volume3d::Image;
 use volume3d::gradient::render;
 use volume3d::io::dtu::Folder;
+use volume3d::io::views::Views;
 use volume3d::io::{Encoding, covered, load_image, load_image_over, read_npy};
 use volume3d::optimize::View;
 use volume3d::scene::{Camera, Environment, Film, Scene, TraceCounts};
@@ -16,12 +17,15 @@ use super::super::file_kind::check_there;
 use super::super::output::colour;
 use super::super::session::{Bar, Loaded, check_size, located, lost, say, silent};
 use super::super::signals::is_stop;
-use super::config::{Config, DtuConfig, EncodingConfig, ViewConfig, definitions};
+use super::config::{Config, DtuConfig, EncodingConfig, PhotographsConfig, ViewConfig, definitions};
 
-/// All views, with cameras of their own if they are several, each of which has its target, and the files that they came from.
+/// All views with their targets, and the files that were read. Several views have their own cameras.
 pub(super) fn views(config: &Config, scene: &Scene) -> anyhow::Result<(Vec<View>, Vec<PathBuf>)> {
     if let Some(dtu) = &config.dtu {
-        return photographs(config, dtu, scene);
+        return dtu_views(config, dtu, scene);
+    }
+    if let Some(photographs) = &config.photographs {
+        return posed_views(config, photographs, scene);
     }
     let one = [ViewConfig::default()];
     let asked = if config.views.is_empty() { &one[..] } else { &config.views };
@@ -39,7 +43,7 @@ pub(super) fn views(config: &Config, scene: &Scene) -> anyhow::Result<(Vec<View>
             bail!("views {} and {} are both called `{name}`", other + 1, i + 1);
         }
         let (camera, film) = (camera(view, scene, &name)?, film(view, scene));
-        // The only view may be the scene's own, so that its camera can be fitted.
+        // A single view may use the scene's camera, so that this can be fitted.
         let is_own = asked.len() == 1 && view.origin.is_none() && view.fov.is_none();
         let camera = (!is_own).then_some(camera);
         check_size(Path::new(&format!("view `{name}`")), (film.width, film.height))?;
@@ -88,8 +92,55 @@ pub(super) fn views(config: &Config, scene: &Scene) -> anyhow::Result<(Vec<View>
     Ok((views, files))
 }
 
-/// The views of a folder, with its cameras, and the scene's filter.
-fn photographs(config: &Config, dtu: &DtuConfig, scene: &Scene) -> anyhow::Result<(Vec<View>, Vec<PathBuf>)> {
+/// The views of files of other programs, with the filter of the scene.
+fn posed_views(
+    config: &Config,
+    asked: &PhotographsConfig,
+    scene: &Scene,
+) -> anyhow::Result<(Vec<View>, Vec<PathBuf>)> {
+    let PhotographsConfig { cameras, images, size, views } = asked;
+    let Views { list, mut files } = if !cameras.is_dir() {
+        if images.is_some() {
+            bail!("[photographs]: images is for the folder of a COLMAP model, and cameras names a file");
+        }
+        check_there(cameras, "[photographs]: cameras")?;
+        Views::from_transforms(cameras)?
+    } else {
+        Views::from_colmap(cameras, images.as_deref())?
+    };
+    let indices = views.clone().unwrap_or_else(|| (0..list.len()).collect());
+    if indices.is_empty() {
+        bail!("[photographs]: views = [] leaves no view");
+    }
+    let background = config.background.map_or_else(|| sky(scene), DVec3::from_array);
+    let mut views: Vec<View> = vec![];
+    let bar = Bar::new(indices.len(), "read photographs");
+    for index in indices {
+        let Some(view) = list.get(index) else {
+            bail!("[photographs]: there is no view {index}; there are {}, from 0", list.len());
+        };
+        let name = view.name.clone();
+        if views.iter().any(|view| view.name == name) {
+            bail!("[photographs]: view {index} is asked for twice");
+        }
+        let view = match size {
+            None => view.clone(),
+            Some([width, height]) => view.clone().resized(*width, *height)?,
+        };
+        let (width, height) = (view.width, view.height);
+        check_size(Path::new(&format!("view `{name}`")), (width, height))?;
+        let film = Film { width, height, crop: None, ..scene.description().film };
+        let (target, weights) = (view.load(background)?, view.load_weights()?);
+        files.push(view.picture);
+        files.extend(view.weights);
+        views.push(View { name, camera: Some(view.camera), film, target, weights, mask: None });
+        bar.step();
+    }
+    Ok((views, files))
+}
+
+/// The views of a DTU folder with its cameras, and the filter of the scene.
+fn dtu_views(config: &Config, dtu: &DtuConfig, scene: &Scene) -> anyhow::Result<(Vec<View>, Vec<PathBuf>)> {
     let folder = Folder::open(&dtu.folder)?;
     let asked = dtu.views.clone().unwrap_or_else(|| (0..folder.len()).collect());
     if asked.is_empty() {
@@ -103,7 +154,7 @@ fn photographs(config: &Config, dtu: &DtuConfig, scene: &Scene) -> anyhow::Resul
         files.extend(folder.pictures(index).into_iter().flatten().map(Path::to_path_buf));
         let name = photograph.name.clone();
         if views.iter().any(|view| view.name == name) {
-            bail!("[dtu]: view {index} is asked for twice");
+            bail!("[dtu]: view {index} is listed twice");
         }
         let camera = photograph.camera().map_err(|e| anyhow!("view `{name}`: {e}"))?;
         let (width, height) = photograph.image.size();
@@ -124,13 +175,13 @@ fn photographs(config: &Config, dtu: &DtuConfig, scene: &Scene) -> anyhow::Resul
     Ok((views, files))
 }
 
-/// Of random numbers that nothing else uses.
+/// The seed of a target's random numbers, which nothing else uses.
 fn seed(config: &Config, view: usize) -> u64 {
     const TARGET: u64 = 1 << 32;
     flatland::random::stream(config.seed, &[TARGET, view as u64]).next_u64()
 }
 
-/// What rays that meet nothing see, as far as it is one colour.
+/// The radiance of a constant environment; black for others.
 fn sky(scene: &Scene) -> DVec3 {
     match &scene.description().environment {
         Some(Environment::Constant { radiance, .. }) => *radiance,
@@ -141,9 +192,7 @@ fn sky(scene: &Scene) -> DVec3 {
 fn camera(view: &ViewConfig, scene: &Scene, name: &str) -> anyhow::Result<Camera> {
     let own = &scene.description().camera;
     if own.orthographic.is_some() && view.fov.is_some() {
-        bail!(
-            "view `{name}`: fov is given, but the scene's camera is orthographic, and has no field of view"
-        );
+        bail!("view `{name}`: fov is given, but the scene's camera is orthographic and has no field of view");
     }
     let fov = match view.fov {
         None => own.field_of_view,
@@ -158,12 +207,13 @@ fn camera(view: &ViewConfig, scene: &Scene, name: &str) -> anyhow::Result<Camera
     let (direction, finite) = (target - origin, origin.is_finite() && target.is_finite() && up.is_finite());
     if !finite || direction.cross(up).length() <= 1e-9 * direction.length() * up.length() {
         bail!(
-            "view `{name}`: a camera at {origin} that looks at {target} needs another point, and another up, than {up}"
+            "view `{name}`: a camera at {origin} that looks at {target} with up {up} has no orientation: these must be \
+             finite, the points different, and up not along the line between them"
         );
     }
     let camera = Camera::look_at(origin, target, up, fov);
     let Some(distance) = own.orthographic else { return Ok(camera) };
-    // Its sensor is at the origin that is given.
+    // The given origin is the centre of the sensor.
     let Camera { right, up, forward, .. } = camera;
     Ok(Camera { origin: origin - distance * forward, right, up, forward, ..own.clone() })
 }
@@ -177,14 +227,14 @@ fn film(view: &ViewConfig, scene: &Scene) -> Film {
     Film { width, height, crop: None, ..film }
 }
 
-/// A mask that says nothing of where the shape ends is hardly meant.
+/// Warns about a mask without an outline of the shape.
 fn say_of_mask(mask: &[bool], name: &str) {
     let covered = mask.iter().filter(|c| **c).count();
     if covered == 0 || covered == mask.len() {
         let what = if covered == 0 {
-            "empty: the shape is nowhere in it"
+            "empty: it has no pixel of the shape"
         } else {
-            "full: the shape is everywhere in it"
+            "full: all its pixels are of the shape"
         };
         eprintln!("WARNING: the mask of view `{name}` is {what}");
     }
@@ -204,7 +254,7 @@ fn picture(
         let array = read_npy(path)?;
         let image = array.to_image().ok_or_else(|| {
             anyhow!(
-                "{}: an array of shape {:?} is no picture; expected height × width × 3, or height × width",
+                "{}: an array of shape {:?} is not a picture; expected height × width × 3, or height × width",
                 path.display(),
                 array.shape
             )
@@ -230,7 +280,7 @@ fn check_picture(image: &Image, path: &Path, film: &Film, name: &str) -> anyhow:
     if image.size() != (width, height) {
         let (w, h) = image.size();
         bail!(
-            "{}: the picture is {w} × {h} pixels, but view `{name}` {width} × {height}; resize it, or give the view \
+            "{}: the picture is {w} × {h} pixels, but view `{name}` is {width} × {height}; resize it, or give the view \
              width = {w} and height = {h}",
             path.display()
         );
@@ -255,11 +305,11 @@ fn rendered(
     say(&located(&rendering.non_finite));
     *traces += rendering.traces;
     *traced += samples * width * height;
-    // It is written in single precision as well.
+    // The target is also written in single precision.
     let pixels = &rendering.image.pixels;
     if let Some(at) = pixels.iter().position(|p| !p.as_vec3().is_finite()) {
         bail!(
-            "the target in column {}, row {} is {}, beyond single precision, which ends at 3.4e38",
+            "the target in column {}, row {} is {}, which exceeds the range of single precision, 3.4e38",
             at % width,
             at / width,
             colour(pixels[at])
@@ -268,7 +318,7 @@ fn rendered(
     Ok(rendering.image)
 }
 
-/// The file of a picture of a view in the folder of a run, without its extension.
+/// The path of a view's picture in the folder of a run, without its extension.
 pub(super) fn view_file(view: usize, what: &str) -> String {
     format!("views/{:03}-{what}", view + 1)
 }

@@ -1,4 +1,4 @@
-//! Which setting to take for a time or an error, as a command line.
+//! The best setting for a time or an error, as a command line.
 
 use std::fmt::Write as _;
 
@@ -7,24 +7,24 @@ use super::settings::Setting;
 use crate::movement::Move;
 use crate::session::SceneOptions;
 
-/// A setting that was measured, with what follows from it.
+/// A measured setting, with its error law.
 pub(super) struct Tuned<'a> {
     pub(super) setting: &'a Setting,
     pub(super) law: Law,
-    /// Whether too much hangs on single samples for its numbers to be trusted.
+    /// Whether single samples carry so much that the numbers are unreliable.
     pub(super) heavy: bool,
 }
 
-/// What is wanted.
+/// The target of an advice.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Target {
-    /// The least error within so many seconds.
+    /// The smallest error within a time in seconds.
     Seconds(f64),
-    /// The least time to an error.
+    /// The shortest time to an error.
     Error(f64),
 }
 
-/// The setting that meets a target best, with what is expected of it.
+/// The best setting for a target, with its expected error and time.
 pub(super) fn best<'a, 't>(tuned: &'t [Tuned<'a>], target: Target) -> Option<(&'t Tuned<'a>, Expected)> {
     let able = tuned.iter().filter_map(|t| {
         let expected = match target {
@@ -40,7 +40,7 @@ pub(super) fn best<'a, 't>(tuned: &'t [Tuned<'a>], target: Target) -> Option<(&'
     able.min_by(|a, b| cost(&a.1).total_cmp(&cost(&b.1)))
 }
 
-/// Says what is best, or why nothing will do.
+/// The best setting as text, or the reason why there is none.
 pub(super) fn advice(tuned: &[Tuned<'_>], target: Target, scene: &SceneOptions, moves: &[Move]) -> String {
     let mut text = String::new();
     let wanted = match target {
@@ -49,10 +49,8 @@ pub(super) fn advice(tuned: &[Tuned<'_>], target: Target, scene: &SceneOptions, 
     };
     let Some((tuned, Expected { samples, seconds, error })) = best(tuned, target) else {
         let why = match target {
-            Target::Seconds(_) => "no setting takes less with one sample a pixel",
-            Target::Error(_) => {
-                "every setting that was measured is biased by more, or would take too many samples"
-            }
+            Target::Seconds(_) => "every setting takes longer with one sample per pixel",
+            Target::Error(_) => "every measured setting has a larger bias, or would need too many samples",
         };
         return format!("{wanted}: {why}\n");
     };
@@ -61,7 +59,8 @@ pub(super) fn advice(tuned: &[Tuned<'_>], target: Target, scene: &SceneOptions, 
     let _ = writeln!(text, "  {}", command(tuned.setting, samples, scene, moves));
     if samples > FAR * tuned.law.measured {
         let measured = tuned.law.measured;
-        let _ = writeln!(text, "  extrapolated from {measured} spp: a larger --budget makes it surer");
+        let _ =
+            writeln!(text, "  extrapolated from {measured} spp; a larger --budget makes this more reliable");
     }
     if tuned.heavy {
         text += "  its tails are heavy: the error may be larger than expected\n";
@@ -69,10 +68,10 @@ pub(super) fn advice(tuned: &[Tuned<'_>], target: Target, scene: &SceneOptions, 
     text
 }
 
-/// Beyond so many times what was measured an expectation is called extrapolated.
+/// An expectation is called extrapolated above this factor on the measured number of samples.
 const FAR: usize = 64;
 
-/// A line to paste.
+/// The command line.
 fn command(setting: &Setting, samples: usize, scene: &SceneOptions, moves: &[Move]) -> String {
     let mut words = vec!["volume3d".to_owned(), "gradient".to_owned()];
     words.extend(scene.words());
@@ -82,7 +81,7 @@ fn command(setting: &Setting, samples: usize, scene: &SceneOptions, moves: &[Mov
     words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")
 }
 
-/// A word as a shell reads it.
+/// Quotes a word for a shell.
 fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "_-./:,=+@%".contains(c);
     if !word.is_empty() && word.chars().all(plain) {
@@ -92,7 +91,7 @@ fn quoted(word: &str) -> String {
     }
 }
 
-/// A part as a percentage of two digits or more.
+/// A fraction as a percentage with at least two digits.
 pub(super) fn percent(part: f64) -> String {
     let value = 100.0 * part;
     let digits =

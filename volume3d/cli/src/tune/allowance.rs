@@ -1,26 +1,27 @@
-//! What a study may spend: time, or samples.
+//! The budget of a study: time or samples.
 
 use std::time::Instant;
 
 use crate::session::Bar;
 
-/// How much.
+/// The limit.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Limit {
-    /// Seconds of wall time in all.
+    /// Wall time of the whole study in seconds.
     Seconds(f64),
-    /// Samples a pixel of every run, whatever the time; and of all runs together, more or less.
+    /// Largest number of samples per pixel of a run, regardless of time; and the approximate sum over all
+    /// runs, for the progress bar.
     Samples { most: usize, all: usize },
 }
 
-/// What may be spent, and what has been.
+/// The limit, and what has been spent.
 pub(super) struct Allowance {
     limit: Limit,
     start: Instant,
     bar: Bar,
 }
 
-/// Steps of the bar for a time.
+/// Steps of the progress bar if the limit is a time.
 const STEPS: usize = 1000;
 
 impl Allowance {
@@ -32,7 +33,7 @@ impl Allowance {
         Self { limit, start: Instant::now(), bar: Bar::new(steps, "tune") }
     }
 
-    /// The samples a pixel, if they are what is given.
+    /// The largest number of samples per pixel, if the limit is a number of samples.
     pub(super) fn samples(&self) -> Option<usize> {
         match self.limit {
             Limit::Seconds(_) => None,
@@ -40,7 +41,7 @@ impl Allowance {
         }
     }
 
-    /// Seconds in all.
+    /// The limit on time in seconds; ∞ if the limit is a number of samples.
     pub(super) fn budget(&self) -> f64 {
         match self.limit {
             Limit::Seconds(seconds) => seconds,
@@ -48,7 +49,7 @@ impl Allowance {
         }
     }
 
-    /// Whether more than so many samples may be drawn, which will take so many seconds.
+    /// Whether a run may follow one with this number of samples, if it takes this many seconds.
     pub(super) fn allows(&self, samples: usize, seconds: f64) -> bool {
         match self.limit {
             Limit::Seconds(budget) => self.spent() + seconds <= budget,
@@ -56,12 +57,12 @@ impl Allowance {
         }
     }
 
-    /// So many samples, or as many as are allowed.
+    /// A number of samples, limited to the allowed one.
     pub(super) fn capped(&self, samples: usize) -> usize {
         self.samples().map_or(samples, |most| samples.min(most))
     }
 
-    /// Moves the bar, as a run with so many samples a pixel is over.
+    /// Advances the progress bar after a run with this number of samples per pixel.
     pub(super) fn drew(&self, samples: usize) {
         match self.limit {
             Limit::Seconds(budget) => {
@@ -71,7 +72,7 @@ impl Allowance {
         }
     }
 
-    /// Seconds since the beginning.
+    /// Seconds since the start.
     pub(super) fn spent(&self) -> f64 {
         self.start.elapsed().as_secs_f64()
     }

@@ -1,4 +1,4 @@
-//! What another pixel filter would do to the noise.
+//! The noise under other pixel filters.
 
 use volume3d::gradient::GradientError;
 use volume3d::scene::{Filter, Scene};
@@ -7,7 +7,7 @@ use super::statistics::Images;
 use super::study::{Reference, Study};
 use crate::comparison::TOLERATED;
 
-/// The filters that are tried, as Mitsuba 3 has them.
+/// The filters of Mitsuba 3 with their default parameters.
 const FILTERS: [(&str, Filter); 6] = [
     ("box", Filter::Box),
     ("tent", Filter::Tent { radius: 1.0 }),
@@ -17,9 +17,9 @@ const FILTERS: [(&str, Filter); 6] = [
     ("lanczos", Filter::Lanczos { lobes: 3 }),
 ];
 
-/// A line about all of them: the noise of the reference's method, relative to the gradient under each filter and to the noise
-/// under the scene's own, at equal samples. The gradient is another one under another filter: this is no comparison of errors of
-/// one number.
+/// A line with the noise of the reference's method under each filter: relative to the gradient under that
+/// filter, and divided by the same ratio for the scene's own filter, at equal samples. Gradients under
+/// different filters are different quantities, so this does not compare errors of one number.
 pub(super) fn compared(study: &Study<'_>, reference: &Reference) -> anyhow::Result<String> {
     let own = study.scene.description().film.filter;
     let mut found = vec![];
@@ -43,7 +43,7 @@ pub(super) fn compared(study: &Study<'_>, reference: &Reference) -> anyhow::Resu
     Ok(format!("noise by pixel filter, at equal samples of {method}: {words}\n\n"))
 }
 
-/// The noise relative to the gradient; nothing if that is lost in it.
+/// The noise relative to the gradient; nothing if noise hides the gradient.
 fn noise(images: &Images) -> Option<f64> {
     let power = images.power();
     let relative = images.variance().value.max(0.0) / power.value;

@@ -1,4 +1,4 @@
-//! What a setting costs and errs at numbers of samples that were not measured.
+//! Predicts time and error of a setting at any number of samples.
 
 use volume3d::gradient::OneSided;
 
@@ -6,34 +6,34 @@ use super::statistics::{Measure, Statistics};
 use crate::comparison::TOLERATED;
 use crate::spp::MAX_SAMPLES;
 
-/// What was measured of a setting at one number of samples.
+/// The measurements of a setting at one number of samples.
 #[derive(Clone, Debug)]
 pub(super) struct Rung {
-    /// Samples a pixel of each run.
+    /// Samples per pixel of each run.
     pub(super) samples: usize,
-    /// Of a run, the median.
+    /// The median time of a run.
     pub(super) seconds: f64,
     pub(super) statistics: Statistics,
-    /// Runs of which one sample carries so much that errors are not to be trusted.
+    /// The number of runs in which one sample carries so much that errors are unreliable.
     pub(super) heavy: usize,
-    /// Samples that were not finite, in all runs.
+    /// The number of samples that were not finite, over all runs.
     pub(super) non_finite: usize,
     /// Step of finite differences at a bound of a parameter's range, and the reason why they are one-sided.
     pub(super) one_sided: Option<(f64, OneSided)>,
 }
 
-/// How far the mean of infinitely many runs is off, relative to the gradient, as a root mean square.
+/// The bias relative to the gradient, as a root mean square.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Bias {
-    /// None, by proof; measured to be below this.
+    /// Proved to be 0; measured to be below this.
     Proved { below: f64 },
-    /// Not to be told from noise; below this, which is two standard errors above what was measured.
+    /// Not distinguishable from noise; below this, which is two standard errors above the measurement.
     Unresolved { below: f64 },
-    /// So much.
+    /// Distinguishable from noise.
     Resolved(f64),
 }
 
-/// The error and the time of a setting by its number of samples n:
+/// The error and time of a setting as functions of its number n of samples per pixel:
 ///
 /// ```text
 /// error² = bias² + variance/n,   seconds = fixed + n · each
@@ -41,17 +41,17 @@ pub(super) enum Bias {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Law {
     pub(super) bias: Bias,
-    /// Of one sample a pixel, relative to the mean square of the gradient.
+    /// The variance of one sample per pixel, relative to the mean square of the gradient.
     pub(super) variance: Measure,
-    /// What a run takes whatever its samples: preparations, and the level that is subtracted.
+    /// Time of a run that does not depend on its samples: preparations and the control variate.
     fixed: f64,
-    /// What a sample a pixel adds.
+    /// Time per sample per pixel.
     each: f64,
-    /// The most samples that were measured.
+    /// The largest measured number of samples.
     pub(super) measured: usize,
 }
 
-/// A setting's number of samples with what is expected of it.
+/// A number of samples with the expected time and error.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Expected {
     pub(super) samples: usize,
@@ -59,14 +59,14 @@ pub(super) struct Expected {
     pub(super) error: Measure,
 }
 
-/// Standard errors above what was measured at which an unresolved bias is said to be below.
+/// The bound on an unresolved bias is this many standard errors above the measurement.
 const BOUND: f64 = 2.0;
 
 impl Bias {
     fn of(statistics: &Statistics, unbiased: bool) -> Self {
         let Statistics { relative_bias2, slope, .. } = statistics;
         let too_small = (1.0 - slope.value).abs();
-        // The projection on the gradient is a part of the bias, and often known better than the whole.
+        // The projection on the gradient is a part of the bias, and often more accurate than the whole.
         if relative_bias2.value > TOLERATED * relative_bias2.error {
             return Self::Resolved(relative_bias2.value.sqrt());
         }
@@ -77,7 +77,7 @@ impl Bias {
         if unbiased { Self::Proved { below } } else { Self::Unresolved { below } }
     }
 
-    /// What it counts as in an expected error: its bound where it may be there, but is not resolved.
+    /// The value in an expected error: 0 if proved, the bound if unresolved.
     pub(super) fn counted(self) -> f64 {
         match self {
             Self::Proved { .. } => 0.0,
@@ -88,13 +88,13 @@ impl Bias {
 }
 
 impl Law {
-    /// From all rungs of a setting, of which the last tells bias and variance, and first and last the time.
+    /// From all rungs of a setting: bias and variance from the last, the time from the first and last.
     pub(super) fn of(rungs: &[Rung], unbiased: bool) -> Option<Self> {
         let (first, last) = (rungs.first()?, rungs.last()?);
         let more = last.samples - first.samples;
         let each = if more > 0 { (last.seconds - first.seconds) / more as f64 } else { 0.0 };
         let whole = last.seconds / last.samples as f64;
-        // Where noise of the clock hides what samples cost, all is theirs.
+        // If the noise of the clock hides the cost of samples, all time is attributed to them.
         let each = if each > 0.0 && each < whole { each } else { whole };
         Some(Self {
             bias: Bias::of(&last.statistics, unbiased),
@@ -105,7 +105,7 @@ impl Law {
         })
     }
 
-    /// What is expected of n samples a pixel.
+    /// The expected time and error of n samples per pixel.
     pub(super) fn expected(&self, samples: usize) -> Expected {
         let noise = self.variance.scaled(1.0 / samples as f64);
         let error = (self.bias.counted().powi(2) + noise.value.max(0.0)).sqrt();
@@ -114,13 +114,14 @@ impl Law {
         Expected { samples, seconds, error: Measure { value: error, error: of_error } }
     }
 
-    /// What fits into a time; nothing if a single sample a pixel does not.
+    /// The expectation for the most samples that fit into a time; nothing if one sample per pixel does not.
     pub(super) fn within(&self, seconds: f64) -> Option<Expected> {
         let samples = ((seconds - self.fixed) / self.each).floor();
         (samples >= 1.0).then(|| self.expected(whole_strata(samples.min(MAX_SAMPLES as f64) as usize, false)))
     }
 
-    /// What has no larger error; nothing if bias forbids it, or no number of samples that can be asked for has.
+    /// The expectation for the fewest samples with at most this error; nothing if the bias exceeds it, or too
+    /// many samples are needed.
     pub(super) fn reaching(&self, error: f64) -> Option<Expected> {
         let room = error.powi(2) - self.bias.counted().powi(2);
         let samples = (self.variance.value.max(0.0) / room).ceil().max(1.0);
@@ -129,8 +130,8 @@ impl Law {
     }
 }
 
-/// The next multiple of 8, below or above: samples are drawn in 8 groups, each stratified by itself, and none
-/// is to be shorter than others.
+/// Rounds down or up to a multiple of 8 from 8 on: samples are drawn in 8 groups that are stratified
+/// separately and should have equal sizes.
 fn whole_strata(samples: usize, up: bool) -> usize {
     if samples < 8 || samples.is_multiple_of(8) {
         samples
@@ -182,7 +183,7 @@ mod tests {
         assert_eq!(resolved.bias, Bias::Resolved(0.2));
         assert!(resolved.reaching(0.19).is_none() && resolved.reaching(0.3).is_some());
         assert_eq!(law((0.0, 0.04), (0.5, 0.1), false).bias, Bias::Resolved(0.5));
-        // What is proved and yet is seen to be biased is not believed.
+        // A measured bias overrides the proof.
         assert_eq!(law((0.04, 0.001), (0.9, 0.1), true).bias, Bias::Resolved(0.2));
     }
 }

@@ -32,25 +32,27 @@ use super::session::{RunOptions, SceneOptions, check_size};
 use super::signals;
 use super::spp::samples;
 
-/// Measures bias, noise and time of every method on a scene, and names the setting for a time or an error.
+/// Measures bias, noise and time of every method on a scene, and recommends a setting for a time or an error.
 ///
-/// Along one change every setting of `volume3d gradient` that is worth it is run 16 times, with seeds of its own, at 1, 4, 16, …
-/// samples a pixel, and compared with a reference: the better of two unbiased methods, of other samples than all it judges.
-/// Noise of the runs and of the reference is taken off a bias, whose own error is known from leaving out runs one by one. What
-/// is refused on this scene is listed with its reason.
+/// Each setting of `volume3d gradient` that is worth it is run 16 times along the change, with different
+/// seeds, with 1, 4, 16, … samples per pixel. The results are compared with a reference: the better of two
+/// unbiased methods, from independent samples. Biases are estimated without the noise of the runs and of the
+/// reference; their standard errors are those of the jackknife. Methods that refuse the scene are listed with
+/// the reason.
 ///
-/// The error of a gradient image is the root mean square, over pixels and channels, of its difference from the true
-/// gradient, relative to the root mean square of that: 5% is 0.05. It is predicted by error² = bias² + noise² · spp/N.
+/// The error of a gradient image is the root mean square, over pixels and channels, of its difference from
+/// the true gradient, divided by the root mean square of the true gradient: 5% is 0.05. The prediction for N
+/// spp is error² = bias² + noise² · spp/N.
 ///
-/// Samples are stratified in 8 groups: from 16 spp on noise falls a little faster than that. Another pixel filter is another gradient, and
-/// often a much less noisy one: the study says how much noise each has.
+/// Samples are stratified in 8 groups: from 16 spp on, noise falls slightly faster than predicted. Another
+/// pixel filter has another gradient, often with much less noise: a line compares the noise of filters.
 ///
-/// A scene with long tails fools a short study. Where in some runs one sample carries much of the whole, that is said,
-/// and errors of that setting are larger than stated.
+/// Heavy tails mislead a short study: if one sample carries much of the result in some runs, a line says so,
+/// and the errors of that setting are larger than stated.
 ///
-/// The wall time of all is --budget, but for the first run of a kind, which tells how long it takes; the reference has 30% of it. With the same
-/// --seed every number but times has the same bits; time decides only how far sample numbers go. With --spp it
-/// decides nothing.
+/// The study takes about --budget in wall time, 30% of it for the reference. It may exceed it by the first
+/// run of each kind, which measures the time. With the same --seed, all numbers except times have the same
+/// bits; time decides only how many samples are used. With --spp, time decides nothing.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub(super) struct Options {
@@ -58,23 +60,25 @@ pub(super) struct Options {
     scene: SceneOptions,
     #[command(flatten)]
     moves: Moves,
-    /// Names the setting with the least error within this time. Several are told one after another. 10 unless this or
-    /// --error is given.
+    /// Recommends the setting with the smallest error within this time, or several times [default: 10 without
+    /// --error].
     #[arg(long, value_name = "T,…", value_delimiter = ',', value_parser = positive, allow_negative_numbers = true)]
     seconds: Vec<f64>,
-    /// Names the fastest setting with this error: 0.05 is 5% of the gradient, root mean squares.
+    /// Recommends the fastest setting with this error, or several errors: 0.05 is 5% of the gradient, root
+    /// mean square.
     #[arg(long, value_name = "E,…", value_delimiter = ',', value_parser = positive, allow_negative_numbers = true)]
     error: Vec<f64>,
     /// Wall time of the study, in seconds.
     #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = positive, allow_negative_numbers = true)]
     budget: f64,
-    /// Instead of a time: the most samples a pixel of every setting. The reference has four times as many.
+    /// Instead of a time: the largest number of samples per pixel of a setting. The reference has four times
+    /// as many.
     #[arg(long, value_name = "N", value_parser = samples, conflicts_with = "budget")]
     spp: Option<usize>,
-    /// A picture of error against time: points as measured, lines as predicted.
+    /// A plot of error against time: points are measured, lines predicted.
     #[arg(short, long, value_name = "TUNE.svg")]
     output: Option<PathBuf>,
-    /// Every number of the study, a row for each setting and number of samples.
+    /// All numbers of the study, a row per setting and number of samples.
     #[arg(long, value_name = "TUNE.csv")]
     csv: Option<PathBuf>,
     #[command(flatten)]
@@ -86,7 +90,7 @@ Examples:
   volume3d tune scene.xml --move box:translate:1,0,0
   volume3d tune scene.xml --move box:translate:1,0,0 --error 0.1,0.03 -o tune.svg --csv tune.csv --budget 300";
 
-/// What is named unless anything is asked for: the best setting within so many seconds.
+/// The default target, in seconds.
 const SECONDS: f64 = 10.0;
 
 fn positive(text: &str) -> Result<f64, String> {
@@ -95,7 +99,7 @@ fn positive(text: &str) -> Result<f64, String> {
 }
 
 impl Options {
-    /// What to name a setting for, in order.
+    /// The targets, in the order of their advice.
     fn targets(&self) -> Vec<Target> {
         let seconds = self.seconds.iter().map(|&t| Target::Seconds(t));
         let all: Vec<Target> = seconds.chain(self.error.iter().map(|&e| Target::Error(e))).collect();
@@ -123,7 +127,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
     check_size(options.scene.path(), scene.size())?;
     let change = change(scene, &options.moves.moves)?;
     if change == Tangent::still(scene) {
-        let text = "NOTHING CHANGES: all rates of --move are 0, or their sum is\n".to_owned();
+        let text = "NOTHING CHANGES: all rates of --move are 0, or cancel\n".to_owned();
         return Ok(Report { text, outcome: Outcome::Bad });
     }
 
@@ -153,8 +157,7 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
         .collect();
     if tuned.is_empty() {
         let needed = (2 * settings.len()) as f64 * reference.seconds / reference.samples as f64;
-        let text =
-            format!("OPEN: nothing was measured; --budget {:.0} or so is enough for it\n", needed.max(1.0));
+        let text = format!("OPEN: nothing was measured; --budget {:.0} or so is enough\n", needed.max(1.0));
         return Ok(Report { text, outcome: Outcome::Open });
     }
     let mut text = table::table(&settings, &outcomes, options.seconds.first().copied().unwrap_or(SECONDS));
@@ -173,14 +176,14 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
         write_bytes(path, picture::svg(&settings, &outcomes)?.as_bytes())?;
         text += &format!("wrote {}\n", path.display());
     }
-    text += &format!("{:.1} s in all\n", allowance.spent());
+    text += &format!("{:.1} s in total\n", allowance.spent());
     Ok(Report { text, outcome: Outcome::Good })
 }
 
-/// Why nothing can be judged by a reference, if so.
+/// The report for a reference that is 0 or hidden by its noise; nothing if it is usable.
 fn unusable(reference: &Reference) -> Option<Report> {
     if reference.images.are_zero() {
-        let text = "NOTHING CHANGES: every pixel's derivative is exactly 0; what moves is not seen, nor is its shadow\n";
+        let text = "NOTHING CHANGES: the gradient is exactly 0 at every pixel; neither what moves nor its shadow is visible\n";
         return Some(Report { text: text.to_owned(), outcome: Outcome::Bad });
     }
     let Measure { value, error } = reference.images.power();
@@ -188,7 +191,8 @@ fn unusable(reference: &Reference) -> Option<Report> {
         return None;
     }
     let text = format!(
-        "OPEN: the gradient is lost in the noise of the reference ({}, {} spp): nothing can be judged by it; raise --budget\n",
+        "OPEN: the noise of the reference ({}, {} spp) hides the gradient, so nothing can be compared with it; raise \
+         --budget\n",
         reference.setting.options, reference.samples
     );
     Some(Report { text, outcome: Outcome::Open })

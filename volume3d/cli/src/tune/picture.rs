@@ -1,4 +1,4 @@
-//! Error against time: points as measured, lines as predicted.
+//! A plot of error against time: points are measured, lines predicted.
 
 use anyhow::anyhow;
 use plotters::prelude::*;
@@ -7,11 +7,11 @@ use super::law::{Law, Rung};
 use super::settings::Setting;
 use super::study::Outcome;
 
-/// Columns and rows, and how many of the columns are for the plot; the others name the settings.
+/// Size in pixels, and the columns of the plot; the others are the legend.
 const SIZE: (u32, u32) = (1000, 600);
 const PLOT: u32 = 660;
 
-/// Colours that tell neighbours in the list apart; after the last they begin again.
+/// Colours that distinguish neighbours in the legend; repeated after the last.
 const COLOURS: [RGBColor; 12] = [
     RGBColor(31, 119, 180),
     RGBColor(44, 160, 44),
@@ -27,13 +27,13 @@ const COLOURS: [RGBColor; 12] = [
     RGBColor(140, 86, 75),
 ];
 
-/// How far lines go beyond what was measured, in times of the longest run.
+/// Lines extend to this multiple of the longest run's time.
 const BEYOND: f64 = 30.0;
 
-/// Places along a line.
+/// Points along a line.
 const PLACES: usize = 80;
 
-/// One setting in the picture, as pairs of seconds and error.
+/// One setting in the plot, as pairs of seconds and error.
 struct Series<'a> {
     setting: &'a Setting,
     colour: RGBColor,
@@ -41,7 +41,7 @@ struct Series<'a> {
     line: Vec<(f64, f64)>,
 }
 
-/// The picture as SVG.
+/// The plot as SVG.
 pub(super) fn svg(settings: &[Setting], outcomes: &[Outcome]) -> anyhow::Result<String> {
     let measured: Vec<(usize, &Setting, &[Rung])> = settings
         .iter()
@@ -67,25 +67,25 @@ pub(super) fn svg(settings: &[Setting], outcomes: &[Outcome]) -> anyhow::Result<
     Ok(text)
 }
 
-/// What one run of a rung errs.
+/// The error of one run of a rung.
 fn error(rung: &Rung) -> f64 {
     let s = &rung.statistics;
     (s.relative_bias2.value + s.relative_variance.value).max(0.0).sqrt()
 }
 
-/// Only what has a place on logarithmic axes.
+/// The points that logarithmic axes can show.
 fn shown(all: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
     all.filter(|(t, e)| [t, e].iter().all(|x| **x > 0.0 && x.is_finite())).collect()
 }
 
-/// What is predicted from one sample a pixel to a time.
+/// The prediction from one sample per pixel up to a time.
 fn line(law: &Law, until: f64) -> Vec<(f64, f64)> {
     let most = law.within(until).map_or(1.0, |e| e.samples as f64);
     let samples = (0..=PLACES).map(|i| most.powf(i as f64 / PLACES as f64).round() as usize);
     shown(samples.map(|n| law.expected(n)).map(|e| (e.seconds, e.error.value)))
 }
 
-/// The axis around some numbers, a decade at least.
+/// The range of an axis for some values, at least a decade.
 fn limits(values: impl Iterator<Item = f64> + Clone) -> std::ops::Range<f64> {
     let (low, high) = (values.clone().fold(f64::INFINITY, f64::min), values.fold(0.0, f64::max));
     if low.is_finite() && high > 0.0 { 0.7 * low..(1.4 * high).max(10.0 * low) } else { 0.1..10.0 }
@@ -126,7 +126,7 @@ fn draw<'t>(
     root.present()
 }
 
-/// Which colour is which setting.
+/// Draws the legend.
 fn names<'t>(
     series: &[Series<'_>],
     area: &DrawingArea<SVGBackend<'t>, plotters::coord::Shift>,
@@ -140,10 +140,10 @@ fn names<'t>(
     }
     let below = 40 + 24 * series.len() as i32;
     let words = [
-        "points: as measured",
+        "points: measured",
         "lines: √(bias² + variance/samples)",
         "solid: unbiased; dashed: biased",
-        "a bias that is not resolved counts as its bound",
+        "an unresolved bias counts as its bound",
     ];
     for (i, words) in words.iter().enumerate() {
         write(words, 8, below + 20 * i as i32)?;

@@ -1,4 +1,4 @@
-//! The settings that a study measures: options of `volume3d gradient`, read as that command reads them.
+//! The settings that a study measures: options of `volume3d gradient`, parsed by the same code.
 
 use clap::Parser;
 use volume3d::gradient::{Estimator, Tangent};
@@ -11,9 +11,9 @@ use crate::method::MethodOptions;
 /// A method with its settings.
 #[derive(Debug)]
 pub(super) struct Setting {
-    /// As one gives them to `volume3d gradient`.
+    /// The options of `volume3d gradient`.
     pub(super) options: String,
-    /// Whether it is unbiased by proof for the change that is studied.
+    /// Whether it is proved to be unbiased for the change.
     pub(super) unbiased: bool,
     line: Line,
 }
@@ -27,18 +27,18 @@ struct Line {
     step: Option<f64>,
 }
 
-/// What is unbiased wherever it is not refused. The reference is one of the first two.
+/// Unbiased settings. The first two are candidates for the reference.
 const UNBIASED: [&str; 5] =
     ["--field jump-mean", "--method edge", "--field softened", "--method auto", "--field rays"];
 
-/// What is biased where geometry moves.
+/// Settings that are biased where geometry moves.
 const BIASED: [&str; 4] =
     ["--debias none --aux 4", "--debias none --aux 16", "--debias none --aux 64", "--method rotation"];
 
 /// The interior term alone, biased where geometry moves.
 const INTERIOR: &str = "--method interior";
 
-/// Of the steps that suit a change the largest is too biased to be anyone's choice.
+/// The default steps to leave out: the bias of the largest is too large to be a choice.
 const SKIPPED: usize = 1;
 
 impl Setting {
@@ -52,8 +52,8 @@ impl Setting {
     }
 }
 
-/// Everything that is worth measuring along a change. Where no geometry moves all methods but finite differences are
-/// the interior term, and one stands for them.
+/// All settings worth measuring for a change. If no geometry moves, all methods except finite differences are
+/// the interior term, and one setting stands for them.
 pub(super) fn settings(scene: &Scene, change: &Tangent) -> anyhow::Result<Vec<Setting>> {
     let mut all = vec![];
     if change.is_geometric() {
@@ -68,20 +68,20 @@ pub(super) fn settings(scene: &Scene, change: &Tangent) -> anyhow::Result<Vec<Se
     all.into_iter().collect()
 }
 
-/// What may be the reference: two unbiased methods, of which the better is taken.
+/// The candidates for the reference: unbiased methods, of which the better is taken.
 pub(super) fn references(change: &Tangent) -> anyhow::Result<Vec<Setting>> {
     let able = if change.is_geometric() { &UNBIASED[..2] } else { &UNBIASED[..1] };
     able.iter().map(|options| Setting::new(options, true)).collect()
 }
 
-/// What stands for a reference where no unbiased method takes a scene: a step with one below it, whose difference then shows,
-/// as the smallest may be lost in noise.
+/// The reference for a scene that no unbiased method supports: the second largest step of finite differences,
+/// whose difference from the smaller ones is then visible. The smallest may be dominated by noise.
 pub(super) fn makeshift(scene: &Scene, change: &Tangent) -> anyhow::Result<Setting> {
     let all = differences(scene, change);
     Setting::new(all.get(1).map_or("--method finite-difference", |o| o), false)
 }
 
-/// Finite differences, from large to small steps of two digits.
+/// Finite differences, from large to small steps, rounded to two digits.
 fn differences(scene: &Scene, change: &Tangent) -> Vec<String> {
     let steps = extent::steps(scene, change).into_iter().skip(SKIPPED);
     steps.map(|h| format!("--method finite-difference --step {h:.1e}")).collect()

@@ -1,7 +1,7 @@
 //! Bias, variance and slope of independent gradient images against independent images of a reference.
 //!
-//! With ⟨a, b⟩ the mean of products over pixels and channels, X₁ … X_R the images of a method and Y₁ … Y_K those of
-//! a reference, all independent, means over *different* images estimate without bias
+//! With ⟨a, b⟩ the mean of products over pixels and channels, X₁ … X_R images of a method and Y₁ … Y_K images
+//! of a reference, all independent, means over *different* images are unbiased estimates:
 //!
 //! ```text
 //! power     ⟨g, g⟩        = mean over k ≠ l of ⟨Y_k, Y_l⟩
@@ -10,9 +10,8 @@
 //! slope     ⟨EX, g⟩/⟨g, g⟩    = mean of ⟨X_r, Y_k⟩/power
 //! ```
 //!
-//! where g is what the reference is the mean of. No noise is left in them to be taken off, neither of the runs nor of the
-//! reference; bias² may come out negative. Standard errors are those of the jackknife over whole images, as pixels have
-//! noise in common.
+//! where g = EY. They contain no noise of the runs or of the reference; bias² may be negative. Standard
+//! errors are those of the jackknife over whole images, because noise is correlated between pixels.
 
 use glam::DVec3;
 
@@ -24,28 +23,29 @@ pub(super) struct Measure {
 }
 
 impl Measure {
-    /// In another unit, which has no error.
+    /// Multiplied by an exact factor.
     pub(super) fn scaled(self, factor: f64) -> Self {
         Self { value: factor * self.value, error: factor * self.error }
     }
 }
 
-/// Independent images of one mean, with the products of every two.
+/// Independent images with the same mean, and the products of all pairs.
 pub(super) struct Images {
     images: Vec<Vec<DVec3>>,
     products: Vec<Vec<f64>>,
 }
 
-/// What images of a method say, beside a reference. All but the slope in units of the square of a gradient.
+/// The statistics of a method's images, relative to a reference. All but the slope are in units of a squared
+/// gradient; relative ones are divided by the power of the reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Statistics {
-    /// Of one image, a pixel and channel.
+    /// The variance of one image, per pixel and channel.
     pub(super) variance: Measure,
-    /// The same, over the power of the reference.
+    /// `variance` divided by the power of the reference.
     pub(super) relative_variance: Measure,
-    /// Over the power of the reference.
+    /// bias² divided by the power of the reference.
     pub(super) relative_bias2: Measure,
-    /// Of the mean on the reference: below 1 gradients are too small.
+    /// The slope of the mean on the reference; below 1, gradients are too small.
     pub(super) slope: Measure,
 }
 
@@ -55,26 +55,26 @@ impl Images {
         Self { images, products }
     }
 
-    /// ⟨g, g⟩ of their common mean g.
+    /// ⟨g, g⟩ of the common mean g.
     pub(super) fn power(&self) -> Measure {
         jackknife(self.images.len(), |skipped| [self.between(skipped)])[0]
     }
 
-    /// The variance of one of them, a pixel and channel.
+    /// The variance of one image, per pixel and channel.
     pub(super) fn variance(&self) -> Measure {
         jackknife(self.images.len(), |skipped| [self.within(skipped) - self.between(skipped)])[0]
     }
 
-    /// Whether every pixel of all of them is 0.
+    /// Whether all pixels of all images are 0.
     pub(super) fn are_zero(&self) -> bool {
         self.images.iter().flatten().all(|p| *p == DVec3::ZERO)
     }
 
-    /// What these images say beside those of a reference.
+    /// The statistics of these images relative to those of a reference.
     pub(super) fn beside(&self, reference: &Self) -> Statistics {
         let cross: Vec<Vec<f64>> =
             self.images.iter().map(|x| reference.images.iter().map(|y| product(x, y)).collect()).collect();
-        // Leaves out one image of the method, or one of the reference.
+        // The statistics without one image of the method, or of the reference.
         let all = |run: Option<usize>, of_reference: Option<usize>| {
             let (within, between) = (self.within(run), self.between(run));
             let power = reference.between(of_reference);
@@ -111,7 +111,7 @@ fn product(a: &[DVec3], b: &[DVec3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum::<f64>() / (3 * a.len()) as f64
 }
 
-/// All but one.
+/// All elements but one.
 fn kept<T>(all: &[T], skipped: Option<usize>) -> impl Iterator<Item = &T> {
     all.iter().enumerate().filter(move |(i, _)| Some(*i) != skipped).map(|(_, x)| x)
 }
@@ -125,7 +125,7 @@ fn mean(values: impl Iterator<Item = f64>) -> f64 {
     sum / count
 }
 
-/// Numbers of all images, with the errors that leaving out one after another shows.
+/// Statistics of all images, with jackknife standard errors.
 fn jackknife<const N: usize>(count: usize, of: impl Fn(Option<usize>) -> [f64; N]) -> [Measure; N] {
     let whole = of(None);
     let parts: Vec<[f64; N]> = (0..count).map(|skipped| of(Some(skipped))).collect();
@@ -144,7 +144,7 @@ mod tests {
 
     const PIXELS: usize = 1000;
 
-    /// Images with a known mean, and noise of a known variance, uniform.
+    /// Images with a known mean, and uniform noise of a known standard deviation.
     fn images(count: u64, seed: u64, mean: impl Fn(usize) -> f64, deviation: f64) -> Images {
         let image = |k| {
             let mut numbers = stream(seed, &[k]);
@@ -169,7 +169,7 @@ mod tests {
         for (measure, expected) in
             [(found.variance, 4.0), (found.relative_bias2, bias2), (found.slope, slope)]
         {
-            // Six standard errors, which themselves are known to a fifth.
+            // Six standard errors, which are themselves known to 20 %.
             let off = (measure.value - expected).abs();
             assert!(off < 6.0 * measure.error && measure.error < 0.2 * expected, "{measure:?} {expected}");
         }
@@ -177,8 +177,8 @@ mod tests {
         assert!((reference.variance().value - 0.25).abs() < 6.0 * reference.variance().error);
     }
 
-    /// Noise is no bias: over many seeds estimates of a bias that is 0 are as often negative, and no farther from 0 than
-    /// their errors allow.
+    /// Noise is not counted as bias: over many seeds, estimates of a bias of 0 are as often negative as
+    /// positive, and within their errors of 0.
     #[test]
     fn noise_is_no_bias() {
         let (mut sum, mut negative, mut far) = (0.0, 0, 0);

@@ -1,7 +1,7 @@
-//! A study: a reference, then every setting up a ladder of sample numbers, within what is allowed.
+//! A study: a reference, then all settings with increasing numbers of samples, within a budget.
 //!
-//! Sample numbers are 1, 4, 16, …, and seeds are those of a setting, a rung and a run: time decides how far each
-//! setting climbs, which unbiased method is the reference and how many samples it has, and nothing else.
+//! Sample numbers are 1, 4, 16, …; seeds depend on the setting, the rung and the run. Time decides only how
+//! far each setting climbs, which unbiased method is the reference, and its number of samples.
 
 use std::time::Instant;
 
@@ -19,50 +19,51 @@ use crate::session::silent;
 
 /// Independent runs of each setting and rung, and of the reference.
 pub(super) const RUNS: usize = 16;
-/// Those of a trial, which chooses the reference.
+/// Runs of a trial, which chooses the reference.
 const TRIAL_RUNS: usize = 4;
-/// From rung to rung there are so many times as many samples.
+/// Ratio of samples from rung to rung.
 const CLIMB: usize = 4;
-/// The part of a budget that the reference may take, and the part that a trial takes at least.
+/// The part of the budget for the reference, and the smallest part for a trial.
 const REFERENCE_SHARE: f64 = 0.3;
 const TRIAL_SHARE: f64 = 0.02;
-/// How many times the samples of all else the reference has, if these are given.
+/// With --spp: ratio of the reference's samples to those of settings.
 const REFERENCE_SAMPLES: usize = 4;
-/// The part of the reference's samples with which a filter is tried, and the most of a budget that one may take.
+/// Ratio of the reference's samples to those of a trial of a filter, and the largest part of the budget for
+/// one filter.
 const FILTER_PART: usize = 8;
 const FILTER_SHARE: f64 = 0.05;
 
-/// What tells seeds apart.
+/// Keys of random streams.
 const TRIAL: u64 = 1;
 const REFERENCE: u64 = 2;
 const SETTING: u64 = 3;
 const FILTER: u64 = 4;
 
-/// What everything is judged by.
+/// The reference.
 pub(super) struct Reference {
     pub(super) setting: Setting,
     pub(super) images: Images,
-    /// Samples a pixel of a run.
+    /// Samples per pixel of a run.
     pub(super) samples: usize,
-    /// Of all runs.
+    /// The time of all runs.
     pub(super) seconds: f64,
-    /// Runs of which one sample carries so much that errors are not to be trusted.
+    /// The number of runs in which one sample carries so much that errors are unreliable.
     pub(super) heavy: usize,
     /// Step of finite differences at a bound of a parameter's range, and the reason why they are one-sided.
     pub(super) one_sided: Option<(f64, OneSided)>,
 }
 
-/// What became of a setting.
+/// The result for a setting.
 pub(super) enum Outcome {
-    /// Measured at these sample numbers, from few to many.
+    /// Measured at these numbers of samples, in increasing order.
     Measured(Vec<Rung>),
-    /// The method does not take the scene.
+    /// The method refuses the scene.
     Refused(GradientError),
-    /// Not even runs of one sample a pixel fitted into the budget.
+    /// Runs with one sample per pixel exceed the budget.
     TooSlow,
 }
 
-/// A scene, and how it changes.
+/// A scene and its change, with seed and budget.
 pub(super) struct Study<'a> {
     pub(super) scene: &'a Scene,
     pub(super) change: &'a Tangent,
@@ -70,7 +71,7 @@ pub(super) struct Study<'a> {
     pub(super) allowance: &'a Allowance,
 }
 
-/// Some runs with one number of samples.
+/// Runs with the same number of samples.
 #[derive(Default)]
 struct Batch {
     images: Vec<Vec<DVec3>>,
@@ -80,20 +81,23 @@ struct Batch {
     one_sided: Option<(f64, OneSided)>,
 }
 
-/// What a trial of a method finds: what the better one has less of, and the seconds of one sample a pixel.
+/// The result of a trial: the figure of merit (the smaller, the better), and the seconds per sample per
+/// pixel.
 struct Trial {
     demerit: f64,
     each: f64,
 }
 
-/// How many samples a pixel are drawn in all if every setting has as many, for a bar to go by.
+/// The number of samples per pixel over all runs if every setting climbs to the largest number; for the
+/// progress bar.
 pub(super) fn all_samples(settings: usize, most: usize) -> usize {
     let rungs = std::iter::successors(Some(1), |n| (*n < most).then(|| most.min(CLIMB * n)));
     (REFERENCE_SAMPLES * most + settings * rungs.sum::<usize>()).saturating_mul(RUNS)
 }
 
 impl Study<'_> {
-    /// The better of two unbiased methods, measured at length; where both are refused, finite differences of a small step.
+    /// Measures the reference: the better of two unbiased methods; if both refuse, finite differences with a
+    /// small step.
     pub(super) fn reference(&self) -> anyhow::Result<Reference> {
         let mut best: Option<(Trial, Setting)> = None;
         for (i, setting) in references(self.change)?.into_iter().enumerate() {
@@ -124,8 +128,8 @@ impl Study<'_> {
         Ok(Reference { setting, images, samples, seconds, heavy, one_sided })
     }
 
-    /// Images of the reference's method on another scene, with a part of its samples and seeds of their own; nothing if they
-    /// do not fit.
+    /// Images of the reference's method on another scene, with a part of its samples and other seeds; nothing
+    /// if they exceed the budget.
     pub(super) fn elsewhere(
         &self,
         scene: &Scene,
@@ -151,7 +155,7 @@ impl Study<'_> {
             let each = median(batch.seconds) / samples as f64;
             let variance = Images::new(batch.images).variance().value * samples as f64;
             match self.allowance.samples() {
-                // Without a look at the clock, so that it decides nothing.
+                // Does not use the time, so that it decides nothing.
                 Some(most) if samples >= CLIMB.min(most) => return Ok(Trial { demerit: variance, each }),
                 None if start.elapsed().as_secs_f64() > TRIAL_SHARE * self.allowance.budget() => {
                     return Ok(Trial { demerit: variance * each, each });
@@ -161,7 +165,8 @@ impl Study<'_> {
         }
     }
 
-    /// Every setting as far up as is allowed: always the one that has had least time, if its next rung fits.
+    /// Measures all settings as far as the budget allows. The next rung is always that of the setting with
+    /// the least time so far, if it fits.
     pub(super) fn climb(
         &self,
         settings: &[Setting],
@@ -192,7 +197,7 @@ impl Study<'_> {
         Ok(outcomes)
     }
 
-    /// The setting that has had least time, among those whose next rung is allowed.
+    /// The setting with the least time so far, among those whose next rung is allowed.
     fn next(&self, outcomes: &[Outcome], full: &[bool]) -> Option<usize> {
         let able = outcomes.iter().enumerate().filter(|(i, _)| !full[*i]).filter_map(|(i, outcome)| {
             let Outcome::Measured(rungs) = outcome else { return None };
@@ -203,7 +208,8 @@ impl Study<'_> {
         able.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, i)| i)
     }
 
-    /// All runs of a setting at one number of samples; nothing if the first shows that they will not fit into the budget.
+    /// All runs of a setting with one number of samples; nothing if the first run shows that they exceed the
+    /// budget.
     fn rung(
         &self,
         number: usize,
@@ -257,7 +263,7 @@ impl Batch {
     }
 }
 
-/// Of at least one number.
+/// The median of at least one number; the larger of the two middle ones if their number is even.
 fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values[values.len() / 2]

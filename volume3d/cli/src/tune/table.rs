@@ -1,4 +1,4 @@
-//! The study in words and numbers: a table for readers, and CSV for programs.
+//! The results of a study: a table for readers, and CSV for programs.
 
 use std::fmt::Write as _;
 
@@ -9,7 +9,7 @@ use super::statistics::Measure;
 use super::study::{Outcome, RUNS, Reference};
 use crate::one_sided::one_sided;
 
-/// One line for every setting, at the most samples that were measured, with the error that is expected within a time.
+/// A line per setting, at its largest number of samples, with the expected error within a time.
 pub(super) fn table(settings: &[Setting], outcomes: &[Outcome], at: f64) -> String {
     let width = settings.iter().map(|s| s.options.len()).max().unwrap_or(0);
     let mut text = format!(
@@ -27,7 +27,9 @@ pub(super) fn table(settings: &[Setting], outcomes: &[Outcome], at: f64) -> Stri
         match outcome {
             Outcome::Measured(rungs) => text += &line(rungs, setting.unbiased, at),
             Outcome::Refused(_) => text += "refused, see below",
-            Outcome::TooSlow => text += "not measured: runs of one sample a pixel do not fit; raise --budget",
+            Outcome::TooSlow => {
+                text += "not measured: runs with one sample per pixel exceed the budget; raise --budget";
+            }
         }
         text.push('\n');
     }
@@ -58,40 +60,42 @@ fn line(rungs: &[Rung], unbiased: bool, at: f64) -> String {
     format!("{samples:>6}  {seconds:>8.3}  {slope:>15}  {bias:>11}  {noise:>9}  {then:>14}{tails}")
 }
 
-/// What the words of the table mean, and what the reference is.
+/// Explains the columns of the table and the reference.
 pub(super) fn legend(reference: &Reference) -> String {
     let Reference { setting, images, samples, seconds, .. } = reference;
     let error = (images.variance().value.max(0.0) / RUNS as f64 / images.power().value).sqrt();
     format!(
         "\nreference: {}, {RUNS} runs of {samples} spp in {seconds:.1} s;\n  \
-           its own standard error, {} of the gradient, is taken off\n\
+           its standard error, {} of the gradient, is subtracted\n\
          seconds:   wall time of one run, the median of {RUNS}\n\
-         slope:     of the mean on the reference; below 1 gradients are too small\n\
-         bias:      the error that samples do not cure; 0 (< x): none by proof, and none above x seen;\n           \
-                    < x: none resolved, and x is two standard errors above what was seen\n\
+         slope:     of the mean on the reference; below 1, gradients are too small\n\
+         bias:      the error that more samples do not reduce; 0 (< x): unbiased by proof, measured below x;\n           \
+                    < x: not resolved, and x is two standard errors above the measurement\n\
          noise:     the standard deviation of one run\n\
-         All are root mean squares over pixels and channels, relative to that of the gradient.\n\
-         Expected error² at N spp = bias² + noise² · spp/N, where a bias that is not resolved counts as x.\n\n",
+         Errors are root mean squares over pixels and channels, relative to that of the gradient.\n\
+         Expected error² at N spp = bias² + noise² · spp/N, where an unresolved bias counts as x.\n\n",
         setting.options,
         percent(error),
     )
 }
 
-/// What of a study may not be trusted.
+/// Warnings about unreliable results.
 pub(super) fn warnings(settings: &[Setting], outcomes: &[Outcome], reference: &Reference) -> String {
     let mut text = String::new();
     if !reference.setting.unbiased {
         let _ = writeln!(
             text,
-            "WARNING: no unbiased method takes this scene. The reference is {}, whose bias, ~ step², is not seen here",
+            "WARNING: no unbiased method supports this scene. The reference is {}, whose bias, ~ step², is not visible \
+             here",
             reference.setting.options
         );
     }
     if reference.heavy > 0 {
         let _ = writeln!(
             text,
-            "WARNING: in {} of {RUNS} runs of the reference one sample carries 2% of the sum of |gradient| or more: tails are heavy, \
-             its error is larger than stated, and so are those of all biases and slopes; raise --budget",
+            "WARNING: in {} of {RUNS} runs of the reference one sample carries 2% of the sum of |gradient| or more: tails \
+             are heavy, and the errors of the reference, of all biases and of all slopes are larger than stated; raise \
+             --budget",
             reference.heavy
         );
     }
@@ -101,8 +105,8 @@ pub(super) fn warnings(settings: &[Setting], outcomes: &[Outcome], reference: &R
         if let (Bias::Resolved(bias), true) = (law.bias, setting.unbiased) {
             let _ = writeln!(
                 text,
-                "WARNING: {} is unbiased by proof, but is {} off the reference by more than noise explains: one of the two has \
-                 not seen what is rare; try another --seed and a larger --budget",
+                "WARNING: {} is unbiased by proof, but differs from the reference by {}, more than noise explains: one of \
+                 the two missed rare events; try another --seed and a larger --budget",
                 setting.options,
                 percent(bias)
             );
@@ -116,8 +120,8 @@ pub(super) fn warnings(settings: &[Setting], outcomes: &[Outcome], reference: &R
         }
     }
     if outcomes.iter().any(|o| matches!(o, Outcome::Measured(r) if r.last().is_some_and(|l| l.heavy > 0))) {
-        text += "heavy tails: in so many runs one sample carries 2% of the sum of |gradient| or more. Then noise and errors are \
-                 larger than stated more often than not, and fall more slowly with samples\n";
+        text += "heavy tails: the number of runs in which one sample carries 2% of the sum of |gradient| or more. Noise and \
+                 errors are then more often larger than stated than not, and fall more slowly with samples\n";
     }
     let measured = outcomes.iter().flat_map(|outcome| match outcome {
         Outcome::Measured(rungs) => &rungs[..],
@@ -130,7 +134,7 @@ pub(super) fn warnings(settings: &[Setting], outcomes: &[Outcome], reference: &R
     text + &one_sided(found)
 }
 
-/// Every rung of every setting.
+/// All rungs of all settings as CSV.
 pub(super) fn csv(
     settings: &[Setting],
     outcomes: &[Outcome],
@@ -167,7 +171,8 @@ pub(super) fn csv(
     Ok(table.into_inner()?)
 }
 
-/// Variances and bias² are those of a pixel and channel; relative ones are over the mean square of the gradient.
+/// Variances and bias² are per pixel and channel; relative ones are divided by the mean square of the
+/// gradient.
 const HEADER: [&str; 18] = [
     "setting",
     "unbiased",

@@ -80,7 +80,7 @@ fn a_run_leaves_a_folder_that_says_all() {
     place.succeed("fit fit.toml -o one --threads 1");
     assert_same(&files(&place.path("one")), &whole);
     let text = place.succeed("fit fit.toml -o run");
-    assert!(text.contains("goes on after step 4 of 4"), "{text}");
+    assert!(text.contains("continues after step 4 of 4"), "{text}");
     assert_same(&files(&place.path("run")), &whole);
 }
 
@@ -147,7 +147,7 @@ fn an_interrupted_run_goes_on_to_the_same_bits() {
     // Ctrl-C ends it in order; nothing catches the other signal.
     assert_eq!(codes, [Some(130), None]);
     let text = place.succeed("fit fit.toml -o run");
-    assert!(text.contains("goes on after step ") && text.contains("a pilot chose "), "{text}");
+    assert!(text.contains("continues after step ") && text.contains("a pilot chose "), "{text}");
     place.succeed("fit fit.toml -o whole");
     let [run, whole] = ["run", "whole"].map(|name| files(&place.path(name)));
     assert_same(&run, &whole);
@@ -167,7 +167,7 @@ fn what_cannot_be_fitted_is_refused() {
         ("spp = 2", "spp = 2, method = \"edges\"", "`edges`", "edge"),
         ("block.tr", "blok.tr", "nothing is called `blok`", "did you mean `block`"),
         ("block.translation", "block.tanslation", "`block.tanslation`", "did you mean `block.translation`?"),
-        ("block.tr", "camera.tr", "`camera.translation`", "one [[view]] only"),
+        ("block.tr", "camera.tr", "`camera.translation`", "only one [[view]]"),
         ("name = \"block.translation\"", "", "a [[parameter]] has no name", "tie = ["),
         (
             "name = \"block.translation\"",
@@ -190,18 +190,18 @@ fn what_cannot_be_fitted_is_refused() {
         (
             "name = \"block.translation\"\nrate = 0.05\nstart = [0.1, 0.1, 0]",
             "name = \"block.vertex_positions.x\"\nrate = 1\nlarge_steps = 1",
-            "large_steps is for vertex_positions",
+            "large_steps applies to vertex_positions",
             "block.vertex_positions.x",
         ),
         (
             "rate = 0.05",
             "rate = 1\npivot = [0, 0, 0]",
-            "a pivot is for the rotation or scale",
+            "a pivot applies to a rotation or scale",
             "`block.translation`",
         ),
         ("rate = 0.05", "rate = 0", "the rate of `block.translation` is 0", "positive"),
         ("rate = 0.05", "rate = 1\nbounds = [1, 0]", "bounds", "in order"),
-        ("rate = 0.05", "rate = 1\nlarge_steps = 1", "large_steps is for vertex_positions", "block"),
+        ("rate = 0.05", "rate = 1\nlarge_steps = 1", "large_steps applies to vertex_positions", "block"),
         ("[0.1, 0.1, 0]", "[0.1, 0.1]", "is 3 numbers", "its start has 2"),
         ("name = \"aside\"", "name = \"front\"", "views 1 and 2", "`front`"),
         (
@@ -211,8 +211,8 @@ fn what_cannot_be_fitted_is_refused() {
             "there is no none.png",
         ),
         ("name = \"aside\"", "target = \"scene.xml\"", "scene.xml", "not a PNG"),
-        ("name = \"aside\"", "target = \"photo.png\"", "8 × 8 pixels, but view `2` 5 × 6", "width = 8"),
-        ("look_at = [-0.9, 0, 0]", "look_at = [-2, 1, 2]", "view `aside`", "another point"),
+        ("name = \"aside\"", "target = \"photo.png\"", "8 × 8 pixels, but view `2` is 5 × 6", "width = 8"),
+        ("look_at = [-0.9, 0, 0]", "look_at = [-2, 1, 2]", "view `aside`", "has no orientation"),
         (
             "rate = 0.05",
             "rate = 1\nbounds = [-1, 1, \"x\"]",
@@ -270,12 +270,12 @@ fn what_nobody_sees_cannot_be_fitted() {
     let hidden =
         CONFIG.replace("origin = [-2, 1, 2]", "origin = [0, 0, 60]").replace("[-0.9, 0, 0]", "[0, 0, 90]");
     let text = place(&hidden).succeed("fit fit.toml -o run");
-    assert!(text.contains("WARNING: view `aside` does not depend on anything"), "{text}");
+    assert!(text.contains("WARNING: view `aside` does not depend on any fitted parameter"), "{text}");
     let only = hidden.replace("[[view]]\nname = \"front\"\n", "");
     place(&only).fail("fit fit.toml -o run", 1, &["`block.translation` changes no pixel of any view"]);
     let far = CONFIG.replace("rate = 0.05", "rate = 1000");
     let text = place(&far).succeed("fit fit.toml -o run");
-    assert!(text.contains("has left the views"), "{text}");
+    assert!(text.contains("has left all views"), "{text}");
 }
 
 #[test]
@@ -283,14 +283,14 @@ fn a_folder_is_one_runs() {
     let place = place(CONFIG);
     place.fail("fit none.toml -o run", 1, &["cannot read none.toml"]);
     place.fail("fit fit.toml", 2, &["--output"]);
-    place.fail("fit fit.toml -o .", 1, &[". is not empty"]);
+    place.fail("fit fit.toml -o .", 1, &[". is neither empty"]);
     std::fs::create_dir(place.path("own")).unwrap();
     let inside = CONFIG.replace("\"scene.xml\"", "\"../scene.xml\"");
     std::fs::write(place.path("own/config.toml"), inside).unwrap();
     place.fail("fit own/config.toml -o own", 1, &["own/config.toml is in the folder of the run"]);
     std::fs::create_dir(place.path("other")).unwrap();
     std::fs::write(place.path("other/thesis.txt"), "mine").unwrap();
-    place.fail("fit fit.toml -o other", 1, &["other is not empty"]);
+    place.fail("fit fit.toml -o other", 1, &["other is neither empty"]);
     place.fail("fit fit.toml -o other/thesis.txt", 1, &["thesis.txt is not a folder"]);
     place.succeed("fit fit.toml -o run");
     std::fs::write(place.path("fit.toml"), CONFIG.replace("0.05", "0.04")).unwrap();

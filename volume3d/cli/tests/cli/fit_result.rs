@@ -83,12 +83,9 @@ fn a_pose_is_a_matrix_and_its_mesh_stays() {
     assert_eq!(kept.positions().len(), before.positions().len());
     assert_eq!(farthest(kept.positions(), before.positions()), 0.0, "the mesh is not the scene's");
     let page = String::from_utf8(place.bytes("run/report.html")).unwrap();
-    for word in [
-        "Pose of <code>block</code>",
-        "class=\"matrix\"",
-        "prefers-color-scheme:dark",
-        "times what noise explains",
-    ] {
+    for word in
+        ["Pose of <code>block</code>", "class=\"matrix\"", "prefers-color-scheme:dark", "times the noise"]
+    {
         assert!(page.contains(word), "{word}");
     }
     let curve = page.split("<svg").nth(1).unwrap().split('>').next().unwrap();
@@ -132,12 +129,12 @@ fn more_steps_may_be_asked_for() {
     place.succeed("fit fit.toml -o run");
     write(&place, &format!("# longer\n{}", CONFIG.replace("steps = 4", "steps = 7")));
     let text = place.succeed("fit fit.toml -o run");
-    assert!(text.contains("goes on after step 4 of 7"), "{text}");
+    assert!(text.contains("continues after step 4 of 7"), "{text}");
     assert_eq!(String::from_utf8(place.bytes("run/loss.csv")).unwrap().lines().count(), 8);
     write(&place, &CONFIG.replace("steps = 4", "steps = 5"));
     place.fail("fit fit.toml -o run", 1, &["it has taken more steps than the configuration asks for"]);
     write(&place, &CONFIG.replace("steps = 4", "steps = 9").replace("0.02", "0.03"));
-    place.fail("fit fit.toml -o run", 1, &["another configuration, of which only steps may be changed"]);
+    place.fail("fit fit.toml -o run", 1, &["another configuration, where only steps may change"]);
 }
 
 #[test]
@@ -172,7 +169,7 @@ fn the_best_of_several_starts_is_kept() {
         &place,
         &config.replace("spread = 0.2", "spread = 0").replace("rate = 0.05", "rate = 0.05\nspread = 0"),
     );
-    place.fail("fit fit.toml -o none", 1, &["starts = 3, but nothing that is fitted has a spread"]);
+    place.fail("fit fit.toml -o none", 1, &["starts = 3, but no parameter has a spread"]);
 }
 
 /// The text that help shows can be pasted, whatever the width of the terminal.

@@ -163,7 +163,7 @@ fn memory_that_is_not_there_is_missed_before_the_work() {
         let output = Command::new("sh").args(["-c", &line]).current_dir(place.path("")).output().unwrap();
         let text = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
         assert_eq!(output.status.code(), Some(code), "{text}");
-        let is_refused = text.contains("may take 2.3 GiB of memory, more than the 1.");
+        let is_refused = text.contains("may need 2.3 GiB of memory, more than the available 1.");
         assert_eq!(is_refused, code == 1, "{text}");
     }
 }
@@ -175,7 +175,7 @@ fn grids_that_do_not_fit_are_missed_before_they_are_read() {
     let place = Place::with("<!-- more -->");
     std::fs::File::create(place.path("huge.vol")).unwrap().set_len(800_000_000).unwrap();
     let (code, text) = info(&place, &shape("sdfgrid", "huge.vol"), "");
-    assert!(code == Some(1) && text.contains("it takes 2.2 GiB of memory, and there is 1."), "{text}");
+    assert!(code == Some(1) && text.contains("it needs 2.2 GiB of memory, and 1."), "{text}");
 }
 
 /// Where coordinates have lost their digits, boxes with their rounding all meet one another.

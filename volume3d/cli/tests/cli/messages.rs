@@ -34,11 +34,11 @@ const CHANGED: [(&str, &str, &[&str]); 64] = [
         &["line 3: loss is \"l2\", but must be a table, such as loss = { kind = \"l2\" }"],
     ),
     ("steps = 2", "steps = 2\nloss = 2", &["line 3: loss is 2, but must be a table, such as"]),
-    ("steps = 2", "steps = 2\nloss = {}", &["line 3: `loss = {}` has no kind, such as { kind = \"l2\" }"]),
+    ("steps = 2", "steps = 2\nloss = {}", &["line 3: `loss = {}` has no kind; a loss has { kind = \"l2\" }"]),
     (
         "steps = 2",
         "steps = 2\nloss = { kind = \"l2\", levels = 3 }",
-        &["line 3: there is no key `levels` beside this kind"],
+        &["line 3: this kind has no key `levels`"],
     ),
     (
         "steps = 2",
@@ -59,7 +59,7 @@ const CHANGED: [(&str, &str, &[&str]); 64] = [
     (
         "steps = 2",
         "steps = 2.0",
-        &["line 2: steps is 2.0, but must be a whole number", "leave out the point"],
+        &["line 2: steps is 2.0, but must be a whole number", "leave out the decimal point"],
     ),
     ("steps = 2", "steps = \"2\"", &["line 2: steps is \"2\"", "leave out the quotes"]),
     ("steps = 2", "steps = -2", &["line 2: steps is -2, but must be a whole number, 0 or more"]),
@@ -88,7 +88,7 @@ const CHANGED: [(&str, &str, &[&str]); 64] = [
         &["line 12: the rate of `block.translation` is -1, but must be positive", "such as 0.02"],
     ),
     ("rate = 0.04", "rate = nan", &["the rate of `block.translation` is NaN"]),
-    ("steps = 2", "steps = 0", &["steps = 0: a fit takes one step at least"]),
+    ("steps = 2", "steps = 0", &["steps = 0: a fit needs at least one step"]),
     (
         "{ spp = 2 }",
         "{ spp = 2, method = \"warped\" }",
@@ -142,26 +142,34 @@ const CHANGED: [(&str, &str, &[&str]); 64] = [
     (
         "[[parameter]]",
         "[parameter]",
-        &["line 11: write [[parameter]] in place of [parameter]: there may be several"],
+        &["line 11: write [[parameter]] instead of [parameter]: there may be several"],
     ),
     (
         "[reference]",
         "[[reference]]",
-        &["line 6: write [reference] in place of [[reference]]: there is one only"],
+        &["line 6: write [reference] instead of [[reference]]: there is only one"],
     ),
-    ("start = [0.1, 0.1, 0]", "[view]\norigin = [0, 1, 4]", &["line 14: write [[view]] in place of [view]"]),
-    ("steps = 2", "steps = 2\nsteps = 3", &["line 3: `steps` is there twice"]),
-    ("start = [0.1, 0.1, 0]", "[reference]", &["line 14: `[reference]` is there twice"]),
+    ("start = [0.1, 0.1, 0]", "[view]\norigin = [0, 1, 4]", &["line 14: write [[view]] instead of [view]"]),
+    ("steps = 2", "steps = 2\nsteps = 3", &["line 3: `steps` is given twice"]),
+    ("start = [0.1, 0.1, 0]", "[reference]", &["line 14: `[reference]` is given twice"]),
     // Text that is no TOML.
-    ("rate = 0.04", "rate = 0,04", &["line 13: `rate = 0,04` is not TOML", "numbers with a point"]),
+    ("rate = 0.04", "rate = 0,04", &["line 13: `rate = 0,04` is not TOML", "numbers with a decimal point"]),
     (
         "scene = \"scene.xml\"\nsteps",
         "scene = scene.xml\nsteps",
-        &["line 1: `scene = scene.xml` is not TOML", "stand in quotes"],
+        &["line 1: `scene = scene.xml` is not TOML", "text and paths in quotes"],
     ),
     ("\"scene.xml\"\nsteps", "\"C:\\users\\scene.xml\"\nsteps", &["line 1: ", "write paths with /"]),
-    ("steps = 2", "steps = 2,", &["line 2: `steps = 2,` is not TOML", "nothing stands at the end of a line"]),
-    ("steps = 2", "steps = 2;", &["line 2: `steps = 2;` is not TOML", "nothing stands at the end of a line"]),
+    (
+        "steps = 2",
+        "steps = 2,",
+        &["line 2: `steps = 2,` is not TOML", "lines end without a comma or semicolon"],
+    ),
+    (
+        "steps = 2",
+        "steps = 2;",
+        &["line 2: `steps = 2;` is not TOML", "lines end without a comma or semicolon"],
+    ),
     ("steps = 2", "steps: 2", &["line 2: `steps: 2` is not TOML", "write KEY = VALUE"]),
     ("rate = 0.04", "rate = 0.04\nuniform = True", &["line 14: ", "write true and false in small letters"]),
     // Names of parameters.
@@ -196,7 +204,7 @@ const CHANGED: [(&str, &str, &[&str]); 64] = [
         "[[parameter]]",
         "[[view]]\norigin = [0, 1, 4]\n[[view]]\norigin = [1, 1, 4]\n[[parameter]]\nname = \"camera.translation\"\nrate = 1\n[[parameter]]",
         &[
-            "line 16: `camera.translation` is fitted to the scene's own camera, so that there can be one [[view]] only",
+            "line 16: `camera.translation` is a parameter of the scene's own camera, so there can be only one [[view]]",
             "here are 2 views",
         ],
     ),
@@ -210,20 +218,20 @@ const CHANGED: [(&str, &str, &[&str]); 64] = [
         "[[view]]\ntarget = \"photos/a.png\"\n",
         &[
             "view `1`: target = \"photos/a.png\": there is no folder photos",
-            "from the folder of the configuration",
+            "relative to the folder of the configuration",
         ],
     ),
     (REFERENCE, "[[view]]\ntarget = \".\"\n", &["view `1`: target = \".\" is a folder"]),
     (
         REFERENCE,
         "[[view]]\ntarget = \"photo.png\"\n",
-        &["photo.png: the picture is 8 × 8 pixels, but view `1` 6 × 6", "width = 8"],
+        &["photo.png: the picture is 8 × 8 pixels, but view `1` is 6 × 6", "width = 8"],
     ),
-    (REFERENCE, "", &["there is nothing to fit to: add a [[view]] with a target"]),
+    (REFERENCE, "", &["there are no targets: add a [[view]] with a target"]),
     (
         "[[parameter]]",
         "[[view]]\nlook_at = [0, 1, 4]\n[[parameter]]",
-        &["view 1 has a look_at or up, but no origin"],
+        &["view 1 has look_at or up, but no origin"],
     ),
     (
         "scene = \"scene.xml\"\nsteps",
@@ -293,7 +301,7 @@ fn what_is_no_scene_is_called_by_its_name() {
             "fit.toml is the configuration of a fit, not a scene: `volume3d fit fit.toml -o run` runs it",
         ),
         ("paper.png", "paper.png is a picture, not a scene"),
-        ("notes.txt", "notes.txt is no scene, which is Mitsuba's XML"),
+        ("notes.txt", "notes.txt is not a scene: a scene is Mitsuba XML and begins with <scene"),
         (".", ". is a folder, not a scene; in it: ./scene.xml"),
         ("none.xml", "cannot read none.xml"),
     ] {

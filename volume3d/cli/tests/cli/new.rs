@@ -80,13 +80,13 @@ fn nothing_is_overwritten_without_being_asked() {
     let place = Place::new();
     std::fs::write(place.path("part.obj"), mesh(DVec3::ZERO, 1.0)).unwrap();
     let scene = place.bytes("scene.xml");
-    place.fail("new part.obj -o .", 1, &["scene.xml is there already: --force replaces it"]);
+    place.fail("new part.obj -o .", 1, &["scene.xml exists: --force replaces it"]);
     assert_eq!(place.bytes("scene.xml"), scene);
     assert!(!place.path("fit.toml").exists());
     place.succeed("new part.obj -o a/b");
     std::fs::write(place.path("a/b/fit.toml"), "mine").unwrap();
     std::fs::remove_file(place.path("a/b/scene.xml")).unwrap();
-    place.fail("new part.obj -o a/b", 1, &["a/b/fit.toml is there already"]);
+    place.fail("new part.obj -o a/b", 1, &["a/b/fit.toml exists"]);
     assert_eq!(place.bytes("a/b/fit.toml"), b"mine");
     place.succeed("new part.obj -o a/b --force");
     assert_ne!(place.bytes("a/b/fit.toml"), b"mine");
@@ -127,7 +127,7 @@ fn meshes_as_people_have_them() {
         ("none.obj", None, "cannot read none.obj"),
         ("empty.obj", Some(""), "empty.obj"),
         ("point.obj", Some("v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n"), "point.obj"),
-        ("a.stl", Some("solid"), "a.stl is a mesh in a format that is not read: save it as OBJ or PLY"),
+        ("a.stl", Some("solid"), "a.stl is a mesh in an unsupported format: save it as OBJ or PLY"),
         ("a.txt", Some("v"), "a.txt"),
     ] {
         if let Some(text) = text {
@@ -136,5 +136,5 @@ fn meshes_as_people_have_them() {
         place.fail(&format!("new {name} -o out"), 1, &[words]);
         assert!(!place.path("out").exists(), "{name}");
     }
-    place.fail("new scene.xml", 1, &["scene.xml is a scene already: `volume3d render scene.xml"]);
+    place.fail("new scene.xml", 1, &["scene.xml is already a scene: `volume3d render scene.xml"]);
 }

@@ -11,7 +11,7 @@ const BRIGHT: &str = "<emitter type='constant' id='sky'><rgb name='radiance' val
 #[test]
 fn images_and_gradients() {
     let place = Place::with(BRIGHT);
-    let lost = "NOT FINITE: 64 of 64 pixels of a.exr, such as that in column 0, row 0, which is (";
+    let lost = "NOT FINITE: 64 of 64 pixels of a.exr, such as column 0, row 0, which is (";
     let text = place.fail("render scene.xml -o a.exr", 1, &[lost, "wrote a.exr"]);
     assert!(text.contains("single precision ends at 3.4e38"), "{text}");
     place.fail("render scene.xml -o a.npy", 1, &["NOT FINITE: 64 of 64 pixels of a.npy"]);

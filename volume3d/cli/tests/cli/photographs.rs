@@ -1,9 +1,10 @@
-//! `volume3d fit` from a folder in the layout of the DTU data, which the test writes.
+//! `volume3d fit` from photographs with cameras, which the test writes: in the layout of the DTU data, as
+//! `transforms.json`, and as a COLMAP model.
 
 use std::io::Write as _;
 
 use flatland::sdf::shapes::Ball;
-use glam::{DMat3, DMat4, DVec2, DVec3};
+use glam::{DMat3, DMat4, DQuat, DVec2, DVec3};
 use volume3d::Image;
 use volume3d::gradient::{Progress, render};
 use volume3d::io::{load_scene, write_png};
@@ -161,6 +162,76 @@ fn photographs_and_masks_move_a_surface() {
     assert!(high < 0.55, "{high}");
 }
 
+/// Focal lengths and principal point in pixels, with the middle of the first pixel at (½, ½).
+fn lens(camera: &Camera) -> [f64; 4] {
+    let size = DVec2::new(SIZE.0 as f64, SIZE.1 as f64);
+    let focal = 0.5 * size.x / (0.5 * camera.field_of_view).tan();
+    let middle = (camera.principal_point + 0.5) * size;
+    [focal, focal * camera.pixel_aspect, middle.x, middle.y]
+}
+
+/// Columns right, up, against the view, and the position.
+fn transforms() -> String {
+    let frame = |(i, camera): (usize, &Camera)| {
+        let Camera { right, up, forward, origin, .. } = *camera;
+        let row = |j: usize| format!("[{}, {}, {}, {}]", right[j], up[j], -forward[j], origin[j]);
+        let rows = [0, 1, 2].map(row).join(", ");
+        format!("{{\"file_path\": \"image/{i:03}\", \"transform_matrix\": [{rows}, [0, 0, 0, 1]]}}")
+    };
+    let [fx, fy, cx, cy] = lens(&cameras()[0]);
+    let frames = cameras().iter().enumerate().map(frame).collect::<Vec<_>>().join(", ");
+    format!("{{\"fl_x\": {fx}, \"fl_y\": {fy}, \"cx\": {cx}, \"cy\": {cy}, \"frames\": [{frames}]}}")
+}
+
+/// `cameras.txt` and `images.txt`.
+fn colmap() -> [String; 2] {
+    let lens = lens(&cameras()[0]).map(|x| x.to_string()).join(" ");
+    let image = |(i, camera): (usize, &Camera)| {
+        let rotation = DMat3::from_cols(camera.right, -camera.up, camera.forward).transpose();
+        let (q, t) = (DQuat::from_mat3(&rotation), -(rotation * camera.origin));
+        let numbers = [q.w, q.x, q.y, q.z, t.x, t.y, t.z].map(|x| x.to_string()).join(" ");
+        format!("{} {numbers} 1 {i:03}.png\n\n", i + 1)
+    };
+    [format!("1 PINHOLE {} {} {lens}\n", SIZE.0, SIZE.1), cameras().iter().enumerate().map(image).collect()]
+}
+
+#[test]
+fn cameras_of_other_programs_move_a_surface() {
+    let fit = |photographs: &str| {
+        let place = place(&FIT.replace("[dtu]\nfolder = \"scan\"", &format!("[photographs]\n{photographs}")));
+        std::fs::write(place.path("scan/transforms.json"), transforms()).unwrap();
+        std::fs::create_dir(place.path("scan/sparse")).unwrap();
+        for (name, content) in ["cameras", "images"].iter().zip(colmap()) {
+            std::fs::write(place.path(&format!("scan/sparse/{name}.txt")), content).unwrap();
+        }
+        place
+    };
+    let colmap = "cameras = \"scan/sparse\"\nimages = \"scan/image\"";
+    for photographs in ["cameras = \"scan/transforms.json\"", colmap] {
+        let place = fit(photographs);
+        let text = place.succeed("fit fit.toml -o run");
+        let (low, high) = radii(&place);
+        assert!(low > 0.55 && high < 0.78, "{photographs}: {low} {high}: {text}");
+    }
+    let refused = |photographs: &str, words: &[&str]| {
+        fit(photographs).fail("fit fit.toml -o run", 1, words);
+    };
+    let nerf = "cameras = \"scan/transforms.json\"";
+    refused("cameras = \"none.json\"", &["none.json"]);
+    refused("cameras = \"scan/image\"", &["scan/image", "cameras.txt"]);
+    refused(&format!("{nerf}\nimages = \"scan/image\""), &["images is for the folder of a COLMAP model"]);
+    refused(&format!("{nerf}\nviews = [2]"), &["there is no view 2; there are 2, from 0"]);
+    refused(&format!("{nerf}\nviews = [1, 1]"), &["twice"]);
+    refused(&format!("{nerf}\nviews = []"), &["leaves no view"]);
+    refused(&format!("{nerf}\nsize = [48, 40]"), &["24×20 pixels, and cannot be read with 48×40"]);
+    refused(
+        &format!("{nerf}\n[[view]]\ntarget = \"a.png\""),
+        &["[photographs] excludes [[view]]", "cameras"],
+    );
+    refused(&format!("{nerf}\n[dtu]\nfolder = \"scan\""), &["[dtu] excludes [photographs]"]);
+    refused(&format!("{nerf}\n{MASKS}"), &["[masks] needs views with a mask"]);
+}
+
 #[test]
 fn what_is_no_folder_of_photographs_is_refused() {
     let asked = |dtu: &str| place(&FIT.replace("folder = \"scan\"", dtu));
@@ -174,5 +245,5 @@ fn what_is_no_folder_of_photographs_is_refused() {
     let no_mask = place(
         "scene = \"start.xml\"\nsteps = 1\n[reference]\nscene = \"start.xml\"\n[[parameter]]\nname = \"thing.sdf\"\nrate = 1\n[masks]\nshape = \"thing\"\n",
     );
-    no_mask.fail("fit fit.toml -o run", 1, &["[masks] is for views that have one"]);
+    no_mask.fail("fit fit.toml -o run", 1, &["[masks] needs views with a mask"]);
 }

@@ -27,7 +27,7 @@ fn failures_say_what_to_do() {
         ("render scene.xml -o none/a.exr", 1, "there is no folder none"),
         ("render scene.xml -o folder", 1, ".exr, .npy or .png"),
         ("render scene.xml -o a.png --png ./a.png", 1, "written twice"),
-        ("render scene.xml -o paper.png", 1, "is read and will not be overwritten"),
+        ("render scene.xml -o paper.png", 1, "is an input and will not be overwritten"),
         ("render scene.xml -o a.exr -D nothing=1", 1, "nothing"),
         ("render scene.xml -o a.exr -D nothing", 2, "NAME=VALUE"),
         ("render scene.xml -o a.exr --spp 0", 2, "whole number from 1"),
@@ -36,6 +36,7 @@ fn failures_say_what_to_do() {
         ("render scene.xml", 2, "--output"),
         ("paint scene.xml", 2, "paint"),
         ("gradient scene.xml -o a.exr", 2, "--move, or --adjoint"),
+        ("gradient scene.xml -o a.exr", 2, "Usage: volume3d gradient"),
         ("gradient scene.xml --move sheet:jump:1 -o a.exr", 2, "THING:translate:x,y,z"),
         ("gradient scene.xml --move sheet:translate:1,2 -o a.exr", 2, "three numbers"),
         ("gradient scene.xml --move sheet:scale:0,0,0:nan -o a.exr", 2, "finite number"),
@@ -90,7 +91,11 @@ fn failures_say_what_to_do() {
         ("gradient scene.xml --adjoint nan.exr --wrt camera.fov -o a.npy", 1, "column 0, row 0"),
         ("gradient scene.xml --adjoint sheet.obj --wrt camera.fov -o a.npy", 1, "sheet.obj"),
         ("check scene.xml", 2, "--move"),
-        ("check scene.xml --move lamp:radiance:1,1,1 --method finite-difference", 2, "checked against"),
+        (
+            "check scene.xml --move lamp:radiance:1,1,1 --method finite-difference",
+            2,
+            "the reference of a check",
+        ),
         ("info none.xml", 1, "none.xml"),
     ];
     for (line, code, message) in cases {
@@ -144,7 +149,7 @@ fn motions_without_a_derivative_are_warned_of() {
             "gradient scene.xml --move slab:translate:{along} --method edge --spp 1 -o a.exr"
         ))
     };
-    let edges = "edges of shapes `table` and `slab` lie upon one another (1 pair of triangles, such as ";
+    let edges = "edges of shapes `table` and `slab` coincide (1 pair of triangles, such as ";
     let planes = "WARNING: shapes `table` and `slab` cover the same part of a plane";
     assert!(!moved("1,0,0").contains("WARNING: "));
     assert!(moved("0,0,1").contains(edges));
@@ -179,7 +184,7 @@ fn motions_without_a_derivative_are_warned_of() {
 #[test]
 fn what_cannot_be_held_is_refused_and_nothing_is_sent_to_the_terminal() {
     let place = Place::new();
-    place.fail("render scene.xml -o a.exr -D size=65536", 1, &["GiB to be had", "crop_width"]);
+    place.fail("render scene.xml -o a.exr -D size=65536", 1, &["more than the available", "crop_width"]);
     std::fs::write(place.path("bad.xml"), "<scene version='3.0.0'><shape type='\u{7f}\u{85}'/></scene>")
         .unwrap();
     let text = place.fail("render bad.xml -o a.exr", 1, &[]);
@@ -229,7 +234,7 @@ fn what_cannot_be_said_is_an_error() {
     for line in ["info scene.xml --lenient", "info --support"] {
         let output = place.command(line).stdout(full()).output().unwrap();
         let text = String::from_utf8(output.stderr).unwrap();
-        assert!(text.contains("error: cannot write on the standard output: No space left"), "{line}: {text}");
+        assert!(text.contains("error: cannot write to standard output: No space left"), "{line}: {text}");
         assert_eq!(output.status.code(), Some(1), "{line}");
     }
     // Notes that nobody can read are no reason to stop.
@@ -275,7 +280,7 @@ fn links_and_modes_stay() {
     assert_eq!(place.exr("below/old.exr"), place.exr("below/new.exr"));
     let found = place.path("below/old.exr").metadata().unwrap().permissions().mode();
     assert_eq!(found & 0o777, 0o640, "{found:o}");
-    place.fail("render scene.xml -o lost.exr --spp 1", 1, &["there is no folder none; make it first"]);
+    place.fail("render scene.xml -o lost.exr --spp 1", 1, &["there is no folder none; create it first"]);
     place.fail("render scene.xml -o link.exr --png below/old.exr", 1, &["--png writes .png"]);
     let twice = "render scene.xml -o ahead.exr --stderr below/new.exr --spp 2";
     place.fail(twice, 1, &["would be written twice"]);

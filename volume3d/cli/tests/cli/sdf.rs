@@ -67,7 +67,7 @@ fn a_cube_becomes_its_distances() {
     // Without a side.
     std::fs::write(place.path("open.obj"), cube(10)).unwrap();
     let text = place.succeed("sdf open.obj -o open.vol --resolution 10");
-    assert!(text.contains("WARNING: ") && text.contains("are doubtful"), "{text}");
+    assert!(text.contains("WARNING: ") && text.contains("an ambiguous sign"), "{text}");
 }
 
 #[test]
@@ -96,7 +96,7 @@ fn what_has_no_distances_is_refused() {
         ("sdf cube.obj -o a.obj", 1, "written as .vol"),
         ("sdf cube.vol -o a.vol", 1, "both grids"),
         ("sdf cube.vol -o a.stl", 1, ".obj or .ply"),
-        ("sdf cube.vol -o a.obj --margin 0.1", 1, "--margin is for grids"),
+        ("sdf cube.vol -o a.obj --margin 0.1", 1, "--margin applies to grids"),
         ("sdf cube.vol -o a.obj --resolution 5000", 1, "5000 cells"),
         ("sdf tight.vol -o a.obj", 1, "leaves the box"),
         ("sdf damaged.vol -o a.obj", 1, "damaged.vol"),

@@ -121,7 +121,7 @@ fn a_run_has_one_process() {
     };
     let mut first = begin();
     for other in ["a", "b"] {
-        let words = ["another process is at the run in run; wait for it, or choose another folder"];
+        let words = ["another process uses the run folder run; wait for it, or choose another folder"];
         place.fail(&format!("fit {other}.toml -o run"), 1, &words);
     }
     first.kill().unwrap();
@@ -131,7 +131,7 @@ fn a_run_has_one_process() {
         // Long enough for some steps.
         std::thread::sleep(Duration::from_millis(300));
         let (status, text, _) = ended(child, signal);
-        assert!(status == Some(code) && text.contains("the same command goes on"), "{status:?} {text}");
+        assert!(status == Some(code) && text.contains("the same command continues"), "{status:?} {text}");
         assert!(place.path("run/state.bin").exists());
     }
 }

@@ -53,8 +53,8 @@ fn bias_is_seen_where_it_is_and_nowhere_else() {
         "reference: --",
         "noise by pixel filter",
         "tent 1.00 (the scene's)",
-        "no setting takes less",
-        "is biased by more",
+        "every setting takes longer",
+        "has a larger bias",
         "wrote tune.svg",
         "wrote tune.csv",
     ] {
@@ -105,7 +105,7 @@ fn what_is_refused_is_listed_and_differences_take_its_place() {
     let place =
         Place::with("<emitter type='point' id='bulb'><point name='position' value='0,0,2'/></emitter>");
     let text = place.succeed(&format!("{MOVED} --spp 64 --error 0.9"));
-    for words in ["refused: --method edge: ", "`bulb`", "WARNING: no unbiased method takes this scene"] {
+    for words in ["refused: --method edge: ", "`bulb`", "WARNING: no unbiased method supports this scene"] {
         assert!(text.contains(words), "{words}: {text}");
     }
     assert!(text.contains("--method finite-difference --step") && text.contains("--spp"), "{text}");

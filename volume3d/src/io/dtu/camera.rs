@@ -4,7 +4,7 @@ use glam::{DMat3, DMat4, DVec2, DVec3, DVec4};
 
 use super::View;
 use crate::io::DtuProblem;
-use crate::scene::Camera;
+use crate::scene::{Calibration, Camera};
 
 /// Maximum displacement of the picture's border under the conversion to [`Camera`], in pixels.
 const TOLERANCE: f64 = 1e-3;
@@ -72,6 +72,20 @@ impl Pinhole {
             Err(singular("its numbers differ too much in size"))
         }
     }
+
+    /// The camera of a picture with these columns and rows.
+    pub(super) fn camera(&self, (width, height): (usize, usize)) -> Result<Camera, CameraMismatch> {
+        let (k, size) = (self.intrinsics, DVec2::new(width as f64, height as f64));
+        let focal = DVec2::new(k.x_axis.x, k.y_axis.y);
+        let skew = (k.y_axis.x / focal.y).abs() * 0.5 * size.y;
+        if skew.is_nan() || skew > TOLERANCE {
+            return Err(CameraMismatch { skew });
+        }
+        // Pixel centres have whole coordinates there.
+        let principal = k.z_axis.truncate() + 0.5;
+        let (rotation, center) = (self.rotation, self.center);
+        Ok(Calibration { rotation, center, focal, principal, size }.into())
+    }
 }
 
 fn unit(v: DVec3) -> (DVec3, f64) {
@@ -95,27 +109,7 @@ impl View {
     /// If the axes are skewed so much that a pixel at the border is displaced by more than 0.001 pixels. Such
     /// pictures have to be resampled first.
     pub fn camera(&self) -> Result<Camera, CameraMismatch> {
-        let (k, (width, height)) = (self.intrinsics, self.image.size());
-        let (width, height) = (width as f64, height as f64);
-        let (fx, fy) = (k.x_axis.x, k.y_axis.y);
-        let offset = DVec2::new(k.z_axis.x - 0.5 * (width - 1.0), k.z_axis.y - 0.5 * (height - 1.0));
-        let skew = (k.y_axis.x / fy).abs() * 0.5 * height;
-        if skew.is_nan() || skew > TOLERANCE {
-            return Err(CameraMismatch { skew });
-        }
-        let [right, down, forward] = [0, 1, 2].map(|i| self.rotation.row(i));
-        let field_of_view = 2.0 * (0.5 * width / fx).atan();
-        let (principal_point, pixel_aspect) = (offset / DVec2::new(width, height), fy / fx);
-        Ok(Camera {
-            origin: self.center,
-            right,
-            up: -down,
-            forward,
-            field_of_view,
-            principal_point,
-            pixel_aspect,
-            lens: None,
-            orthographic: None,
-        })
+        let &Self { intrinsics, rotation, center, .. } = self;
+        Pinhole { intrinsics, rotation, center }.camera(self.image.size())
     }
 }

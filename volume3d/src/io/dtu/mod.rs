@@ -18,6 +18,7 @@ use self::camera::Pinhole;
 use super::npz::Npz;
 use super::{DtuProblem, Error, files, load_image};
 use crate::Image;
+use crate::scene::Camera;
 
 /// Name of the camera file.
 const CAMERAS: &str = "cameras.npz";
@@ -101,6 +102,17 @@ impl Folder {
     #[must_use]
     pub fn pictures(&self, index: usize) -> Option<[&Path; 2]> {
         self.names.get(index).map(|names| names.each_ref().map(PathBuf::as_path))
+    }
+
+    /// The camera of a view, from 0, for a picture with these columns and rows.
+    ///
+    /// # Errors
+    /// [`Error::Dtu`] if there is no such view, or its pixels are skewed as in [`CameraMismatch`].
+    pub fn camera(&self, index: usize, size: (usize, usize)) -> Result<Camera, Error> {
+        let error = |problem| Error::Dtu { path: self.cameras(), problem };
+        let pinhole = self.pinholes.get(index);
+        let pinhole = pinhole.ok_or_else(|| error(DtuProblem::Index { index, count: self.len() }))?;
+        pinhole.camera(size).map_err(|CameraMismatch { skew }| error(DtuProblem::Skew { index, skew }))
     }
 
     /// A view, from 0.

@@ -133,4 +133,14 @@ pub enum DtuProblem {
         /// The number of pictures.
         count: usize,
     },
+    /// The axes of a camera are not orthogonal.
+    #[error(
+        "camera {index} (from 0) is skewed, which moves pixels at the border by {skew}; 0.001 is allowed: resample the picture"
+    )]
+    Skew {
+        /// The index of the view.
+        index: usize,
+        /// |skew/f_y| times half the film's height.
+        skew: f64,
+    },
 }

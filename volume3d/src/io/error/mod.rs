@@ -7,6 +7,7 @@ mod image;
 mod mesh;
 mod network;
 mod scene;
+mod views;
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -18,6 +19,7 @@ pub use image::ImageProblem;
 pub use mesh::MeshProblem;
 pub use network::NetworkProblem;
 pub use scene::SceneProblem;
+pub use views::ViewsProblem;
 
 /// Location in a file.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -160,6 +162,14 @@ pub enum Error {
         path: PathBuf,
         /// The problem.
         problem: DtuProblem,
+    },
+    /// The cameras of pictures cannot be read.
+    #[error("{place}: {problem}")]
+    Views {
+        /// The location.
+        place: Place,
+        /// The problem.
+        problem: Box<ViewsProblem>,
     },
     /// A network cannot be read or written.
     #[error("{}: {problem}", path.display())]

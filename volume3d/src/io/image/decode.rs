@@ -1,6 +1,6 @@
 //! Image decoding.
 
-use std::io::Cursor;
+use std::io::{BufRead, Cursor, Seek};
 use std::path::Path;
 
 use exr::meta::{BlockDescription, MetaData};
@@ -50,6 +50,47 @@ pub fn load_image_over(
     check_finite(image, path)
 }
 
+/// Columns and rows of an image that [`load_image_over`] reads, from the beginning of the file.
+///
+/// # Errors
+/// [`Error::File`], or [`Error::Image`].
+pub fn image_size(path: &Path) -> Result<(usize, usize), Error> {
+    let reader = ImageReader::new(files::open(path)?).with_guessed_format();
+    let reader = reader.map_err(|source| Error::File { action: "read", path: path.to_path_buf(), source })?;
+    if reader.format() == Some(ImageFormat::OpenExr) {
+        // The size may depend on the layer.
+        return load_image_over(path, DVec3::ZERO, Encoding::File, None).map(|image| image.size());
+    }
+    let size = limited(reader, MAX_PIXELS as u64).and_then(|reader| {
+        let (width, height) = reader.into_decoder()?.dimensions();
+        Ok((width as usize, height as usize))
+    });
+    let checked = size.and_then(|(width, height)| check_size(width, height).map(|()| (width, height)));
+    checked.map_err(error(path))
+}
+
+/// Refuses formats that are not read, and decoders that would take more memory than for so many pixels.
+fn limited<R: BufRead + Seek>(
+    mut reader: ImageReader<R>,
+    pixels: u64,
+) -> Result<ImageReader<R>, ImageProblem> {
+    // A colour profile may be compressed to a few bytes.
+    const PROFILE: u64 = 1 << 24;
+    if !matches!(
+        reader.format(),
+        Some(
+            ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::Bmp | ImageFormat::OpenExr | ImageFormat::Hdr
+        )
+    ) {
+        return Err(ImageProblem::Format);
+    }
+    let mut limits = Limits::default();
+    // Four channels of single precision.
+    limits.max_alloc = Some(16 * pixels.min(MAX_PIXELS as u64) + PROFILE);
+    reader.limits(limits);
+    Ok(reader)
+}
+
 fn check_finite(image: Image, path: &Path) -> Result<Image, Error> {
     match image.pixels.iter().position(|p| !p.is_finite()) {
         None => Ok(image),
@@ -94,20 +135,17 @@ fn check_exr(bytes: &[u8]) -> Result<(), ImageProblem> {
     Ok(())
 }
 
-/// Memory limit of the decoder: four channels of single precision, and a colour profile. A PNG states its
-/// number of pixels first, and its profile may be compressed to a few bytes.
-fn most_memory(bytes: &[u8]) -> u64 {
-    const PROFILE: u64 = 1 << 24;
+/// The number of pixels that a PNG states first; the largest for other formats.
+fn stated_pixels(bytes: &[u8]) -> u64 {
     // The signature, the length and the name of the first chunk; then columns and rows.
     let side = |at: usize| {
         let side = bytes.get(at..)?.first_chunk()?;
         Some(u64::from(u32::from_be_bytes(*side)))
     };
-    let pixels = match (image::guess_format(bytes), side(16), side(20)) {
+    match (image::guess_format(bytes), side(16), side(20)) {
         (Ok(ImageFormat::Png), Some(width), Some(height)) => width.saturating_mul(height),
         _ => MAX_PIXELS as u64,
-    };
-    16 * pixels.min(MAX_PIXELS as u64) + PROFILE
+    }
 }
 
 /// Textures are sRGB whatever their file declares, as in Mitsuba.
@@ -121,25 +159,15 @@ fn decode(
     background: Option<DVec3>,
     layer: Option<&str>,
 ) -> Result<Image, ImageProblem> {
-    let mut reader =
+    let reader =
         ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|_| ImageProblem::Format)?;
-    if !matches!(
-        reader.format(),
-        Some(
-            ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::Bmp | ImageFormat::OpenExr | ImageFormat::Hdr
-        )
-    ) {
-        return Err(ImageProblem::Format);
-    }
+    let reader = limited(reader, stated_pixels(bytes))?;
     if reader.format() == Some(ImageFormat::OpenExr) {
         return decode_exr(bytes, background, layer);
     }
     if let Some(layer) = layer {
         return Err(ImageProblem::NoLayers { layer: layer.to_owned() });
     }
-    let mut limits = Limits::default();
-    limits.max_alloc = Some(most_memory(bytes));
-    reader.limits(limits);
     let decoder = reader.into_decoder()?;
     let (width, height) = decoder.dimensions();
     let (width, height) = (width as usize, height as usize);

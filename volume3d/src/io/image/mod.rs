@@ -8,7 +8,7 @@ mod transfer;
 
 use std::path::Path;
 
-pub use self::decode::{load_image, load_image_over, read_exr, read_image};
+pub use self::decode::{image_size, load_image, load_image_over, read_exr, read_image};
 pub use self::encode::{
     encode_png, write_animation, write_exr, write_exr_with_comments, write_png, write_png_with_comments,
 };

@@ -1,8 +1,8 @@
 //! Mesh attributes as textures: numbers at vertices or faces.
 //!
-//! Such a texture is an image with four texels a triangle, two by two, and the mesh has separate texture
-//! coordinates for it: three of the texels are the corners. With the fourth in the plane of the three,
-//! bilinear interpolation of the four equals the interpolation between the corners, exactly.
+//! Such a texture is an image with 2 × 2 texels per triangle, and the mesh has separate texture coordinates
+//! for it. Three of the texels have the values at the corners. The fourth extends them to an affine function,
+//! so that bilinear interpolation of the four equals linear interpolation between the corners exactly.
 
 use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;

@@ -270,7 +270,7 @@ fn passed(object: &Object<'_>) -> Result<Option<f64>, Error> {
     Ok(Some(most * transmittance.x))
 }
 
-/// The nested material, and the second one of a plugin that takes two.
+/// The nested material, and the second one of a plugin with two.
 fn parts<'a>(object: &Object<'a>) -> Result<(&'a Element, Option<&'a Element>), Error> {
     let expected =
         if object.plugin == "blendbsdf" { 2..=2 } else { 1..=1 + usize::from(object.plugin == "twosided") };

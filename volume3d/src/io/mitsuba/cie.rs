@@ -2,7 +2,7 @@
 
 /// The first wavelength of both tables in nanometres.
 pub(super) const FIRST: f64 = 360.0;
-/// The last one.
+/// The last wavelength of both tables in nanometres.
 pub(super) const LAST: f64 = 830.0;
 
 /// x̄, ȳ and z̄ of the 2° observer every 5 nm.
@@ -104,7 +104,7 @@ pub(super) const OBSERVER: [[f64; 3]; 95] = [
     [0.000_001, 0.0, 0.0],
 ];
 
-/// The relative power of D65 every 10 nm, between which it is linear by definition.
+/// The relative power of D65 every 10 nm, by definition linear in between.
 pub(super) const D65: [f64; 48] = [
     46.638_3, 52.089_1, 49.975_5, 54.648_2, 82.754_9, 91.486, 93.431_8, 86.682_3, 104.865, 117.008, 117.812,
     114.861, 115.923, 108.811, 109.354, 107.802, 104.79, 107.689, 104.405, 104.046, 100.0, 96.334_2, 95.788,

@@ -1,9 +1,9 @@
 //! Clipping planes of a camera, accepted only if they cut nothing.
 //!
-//! A plane would end surfaces in a discontinuity of the image that belongs to no edge of a mesh. Such
+//! A plane that cuts a surface creates a discontinuity of the image that is not an edge of a mesh. Such
 //! discontinuities are not modelled: a plane that cuts nothing in the film's view has no effect, and
-//! otherwise the scene is refused. Only primary visibility counts, as mirrors and later bounces are not
-//! clipped. Occlusion is not considered.
+//! otherwise the scene is refused. Only primary visibility counts, because mirror images and later bounces
+//! are not clipped. Occlusion is ignored.
 
 use glam::{DVec2, DVec3};
 
@@ -51,8 +51,8 @@ impl<'a> Clips<'a> {
     }
 
     /// The planes of an orthographic sensor, whose camera stands behind it. Nothing behind the sensor is
-    /// visible: it has a near plane in any case. As in Mitsuba, that is scaled with the sensor, and the
-    /// distance between the two is not.
+    /// visible, so there is always a near plane. As in Mitsuba, the near plane is scaled with the sensor, and
+    /// the distance between the planes is not.
     pub(super) fn of_sensor(self, element: &'a Element, scale: f64, behind: f64) -> Self {
         let [near, far] = self.0;
         let near =
@@ -83,7 +83,7 @@ impl Clip<'_> {
         self.element.attribute("value").unwrap_or("default")
     }
 
-    /// The error names the shape most of which is cut.
+    /// The error names the shape with the largest cut area.
     fn check(&self, view: &View<'_>, shapes: &[Shape]) -> Result<(), Error> {
         let mut worst: Option<(f64, &Shape)> = None;
         for shape in shapes {
@@ -155,7 +155,7 @@ impl<'a> View<'a> {
         let mut polygon = corners.to_vec();
         clip(&mut polygon, beyond);
         clip(&mut polygon, |p| p.z);
-        // The additional view of a lens: through its points, whose image planes are shifted.
+        // The additional view through the points of a lens, whose image planes are shifted.
         let beside = |z: f64| self.camera.lens.map_or(0.0, |l| l.radius * (1.0 + z / l.focus_distance));
         clip(&mut polygon, |p| p.x - self.left * p.z + beside(p.z));
         clip(&mut polygon, |p| self.right * p.z - p.x + beside(p.z));
@@ -167,7 +167,7 @@ impl<'a> View<'a> {
 
     /// The area of a visible polygon in pixels².
     fn area(&self, polygon: &[DVec3]) -> f64 {
-        // Only a corner at the pinhole itself is not in front, of a polygon seen edge-on.
+        // Only a corner at the pinhole itself is not in front; such a polygon is seen edge-on.
         let seen = |p: &DVec3| p.truncate() / (self.pixel * p.z.max(f64::MIN_POSITIVE));
         let Some(first) = polygon.first().map(seen) else { return 0.0 };
         let pairs = polygon.iter().zip(polygon.iter().skip(1));

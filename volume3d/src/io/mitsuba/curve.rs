@@ -11,8 +11,8 @@ use super::transform;
 use crate::geometry::{Attribute, Mesh, MeshError, Normals};
 use crate::io::{At, Error, MeshProblem, Place};
 
-/// Segments of a circle, so that no point is farther than [`TOLERANCE`](crate::geometry::TOLERANCE) times the
-/// radius from its mesh.
+/// Segments of a circle, so that the mesh is within [`TOLERANCE`](crate::geometry::TOLERANCE) times the
+/// radius of the curve.
 const AROUND: u32 = 72;
 /// Maximum number of vertices of all curves of a scene.
 const MOST_VERTICES: usize = 1 << 21;
@@ -71,8 +71,8 @@ fn frame(direction: DVec3) -> [DVec3; 2] {
     [quarter.cross(direction), quarter]
 }
 
-/// A circle of vertices: the index of the first, the position of each around the curve, and the position of
-/// all along it.
+/// A circle of vertices: the index of the first, the position of each around the curve, and their common
+/// position along it.
 struct Ring {
     first: u32,
     turns: Vec<f64>,
@@ -111,7 +111,7 @@ impl Patch {
 
     /// Adds a tube along a curve, open at its ends. Its texture coordinate v continues that of other curves.
     fn spline(&mut self, curve: &[Knot], before: usize, segments: usize) -> Result<(), TooMany> {
-        // Each ring is the tilted previous one: rings are not twisted against each other.
+        // Each ring is the previous one, tilted: rings are not twisted relative to each other.
         let mut side: Option<DVec3> = None;
         let mut last: Option<Ring> = None;
         for (index, window) in curve.windows(4).enumerate() {
@@ -260,7 +260,7 @@ mod tests {
         parse(text.as_bytes(), fewest).unwrap()
     }
 
-    /// Control points on a line with one radius make a cylinder, from the second to the last but one.
+    /// Control points on a line with one radius give a cylinder, from the second point to the last but one.
     #[test]
     fn a_straight_spline_is_a_cylinder() {
         let curve = &knots("0 0 0 .5\n1 0 0 .5\n2 0 0 .5\n3 0 0 .5\n4 0 0 .5\n", 4)[0];
@@ -290,7 +290,8 @@ mod tests {
         }
     }
 
-    /// Normals are those of the surface: across its edges, however it bends and swells.
+    /// Normals are those of the surface: perpendicular to its tangents, for curves that bend and vary in
+    /// radius.
     #[test]
     fn normals_are_across_the_surface() {
         let curve = &knots("0 0 0 .1\n1 .2 0 .3\n1.5 1 .4 .2\n1 2 1 .4\n0 2.5 2 .1\n", 4)[0];
@@ -308,7 +309,7 @@ mod tests {
         }
     }
 
-    /// Two knots of radius ½ are a cylinder with half spheres, and all of it faces outwards.
+    /// Two knots of radius ½ give a cylinder with half spheres, all facing outwards.
     #[test]
     fn a_line_is_a_capsule() {
         let curve = &knots("0 0 0 .5\n2 0 0 .5", 2)[0];

@@ -78,7 +78,7 @@ impl<'a> Reader<'a> {
         if eta == 1.0 && facets.is_some() {
             object.note("int_ior is ext_ior: there is no boundary, and light passes in a straight line");
         }
-        // Without a change of index microfacets do not refract.
+        // Microfacets do not refract without a change of index.
         let facets = facets.filter(|_| eta != 1.0);
         Ok(Dielectric { eta, facets, specular_reflectance, specular_transmittance })
     }

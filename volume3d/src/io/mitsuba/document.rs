@@ -274,7 +274,7 @@ impl Builder<'_> {
 struct File<'a> {
     path: Arc<Path>,
     lines: Lines<'a>,
-    /// Whether it is of a version before 2.
+    /// Whether its version is below 2.
     is_old: bool,
 }
 

@@ -56,7 +56,7 @@ impl Element {
         self.attributes.iter().find(|(n, _)| n == name).map(|(_, value)| value.as_str())
     }
 
-    /// Whether it is a parameter of the same kind and value as another one.
+    /// Whether it is a parameter with the same kind and value as another one.
     pub(super) fn says_the_same(&self, other: &Self) -> bool {
         let is_value = |e: &Self| e.children.is_empty() && e.attribute("value").is_some();
         self.tag == other.tag && is_value(self) && is_value(other) && self.attributes == other.attributes

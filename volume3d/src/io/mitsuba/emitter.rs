@@ -89,7 +89,8 @@ fn map<'a>(reader: &mut Reader<'a>, object: &Object<'a>, id: String) -> Result<E
 }
 
 fn directional(object: &Object<'_>, id: String) -> Result<Light, Error> {
-    // The transform carries the unit vector z, and light is scaled as it is, as in Mitsuba.
+    // The transform applies to the unit vector z, and its scale does not change the irradiance, as in
+    // Mitsuba.
     let (direction, scale) = match (object.vector("direction")?, object.affine("to_world")?) {
         (Some(_), Some(_)) => return Err(object.conflict("direction", "to_world")),
         (Some(direction), None) => (direction, 1.0),

@@ -14,8 +14,8 @@ impl Folders {
         Self(vec![folder(main)])
     }
 
-    /// Adds the folder that a `<path>` in `file` names, wherever it may be: nothing tells whether it exists
-    /// but the files that are found there. False if there are too many.
+    /// Adds the folder that a `<path>` in `file` names, at all places where it may be; only finding a file
+    /// there shows that one exists. False if there are too many.
     pub(super) fn add(&mut self, name: &str, file: &Path) -> bool {
         for base in [self.0.clone(), vec![folder(file)]].concat().iter().rev() {
             let path = base.join(name);

@@ -1,4 +1,4 @@
-//! Parameters that change noise, storage or time, and not the image that is computed.
+//! Parameters that change noise, storage or time, but not the computed image.
 
 const NOISE: &str = "it changes noise, not what is computed";
 const STORAGE: &str = "it changes how an image is stored or shown";

@@ -12,7 +12,7 @@ use crate::scene::{ImplicitShape, ImplicitSurface, Placement};
 use crate::sdf::network::{Architecture, Network};
 use crate::sdf::{BakeError, Baked, Grid, Guided, Interpolation};
 
-/// Maximum number of cells of a network's grid, which takes 8 GB.
+/// Maximum number of cells along the longest side of a network's grid, which then takes up to 8 GB.
 const MOST_CELLS: i64 = 1024;
 
 /// Names of interpolations in files.

@@ -11,14 +11,14 @@ use crate::io::{Error, SceneProblem};
 use crate::scene::{Instances, Placement};
 
 impl<'a> Reader<'a> {
-    /// A shape group creates nothing by itself; instances copy it.
+    /// A shape group creates no shapes by itself; instances copy it.
     pub(super) fn shape_group(object: &Object<'a>) -> Result<(), Error> {
         object.nested("<shape>").into_iter().try_for_each(check_member)?;
         object.finish()
     }
 
-    /// A copy of every shape of a group, with vertices of its own: `INSTANCE_MEMBER` by name. All of them
-    /// move as one by the instance's name, and those of all instances by the group's.
+    /// Copies every shape of a group, with its own vertices and the name `INSTANCE_MEMBER`. Copies of one
+    /// instance move together by the instance's name, and those of all instances by the group's name.
     pub(super) fn instance(&mut self, element: &'a Element, object: &Object<'a>) -> Result<(), Error> {
         let to_world = object.transform("to_world")?;
         let map = match to_world {
@@ -88,7 +88,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Groups hold no groups, and no copies of themselves, in whatever letters these are called.
+/// Refuses groups, instances and networks within groups, in any spelling.
 fn check_member(member: &Element) -> Result<(), Error> {
     let plugin = member.attribute("type").unwrap_or_default();
     let usual = support::spelling(&member.tag, plugin).unwrap_or(plugin);

@@ -82,7 +82,7 @@ impl Journal {
         }
     }
 
-    /// The value; or `None`, with an error, or leniently with a note of what is done `instead`.
+    /// The value; or `None`, with an error, or in lenient mode with a note of what is done `instead`.
     pub(super) fn accept<T>(&self, result: Result<T, Error>, element: &Element, instead: &str) -> Option<T> {
         let error = match result {
             Ok(value) => return Some(value),

@@ -6,17 +6,18 @@ use crate::geometry::TOLERANCE;
 use crate::io::error::excerpt;
 use crate::io::{At, MeshProblem};
 
-/// The most rings of one segment of a curve.
+/// Maximum number of rings of one segment of a curve.
 const MOST_RINGS: f64 = 256.0;
 
-/// A control point: where it is and how thick the curve is there.
+/// A control point: its position, and the radius of the curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Knot {
     pub(super) position: DVec3,
     pub(super) radius: f64,
 }
 
-/// A control point a line, x y z and a radius, and an empty line between curves.
+/// Parses one control point per line, as x y z and a radius; curves are separated by an empty line. A curve
+/// has at least `fewest` points.
 pub(super) fn parse(bytes: &[u8], fewest: usize) -> Result<Vec<Vec<Knot>>, (At, MeshProblem)> {
     let expected = |number: usize, expected: &'static str, found: &str| {
         (At::Line(number), MeshProblem::Expected { expected, found: excerpt(found) })
@@ -57,7 +58,7 @@ pub(super) fn parse(bytes: &[u8], fewest: usize) -> Result<Vec<Vec<Knot>>, (At, 
 pub(super) struct Spline(pub(super) [Knot; 4]);
 
 impl Spline {
-    /// The sum of the control points, with these weights.
+    /// The weighted sum of the control points.
     fn sum(&self, weights: [f64; 4]) -> Knot {
         let mut sum = Knot { position: DVec3::ZERO, radius: 0.0 };
         for (knot, weight) in self.0.iter().zip(weights) {
@@ -81,7 +82,8 @@ impl Spline {
         [self.sum(value.map(|w| w / 6.0)), self.sum(slope.map(|w| w / 6.0)), self.sum(bend)]
     }
 
-    /// How many rings keep the polygon within the tolerance of the curve: a chord of h is |c″| h²/8 away.
+    /// The number of rings that keeps the polygon within the tolerance of the curve: a chord of length h
+    /// deviates by |c″| h²/8.
     pub(super) fn rings(&self) -> u32 {
         let bend = [0.0, 1.0].map(|v| self.at(v)[2]);
         let bend = bend.iter().map(|b| b.position.length() + b.radius.abs()).fold(0.0, f64::max);

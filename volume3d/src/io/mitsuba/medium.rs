@@ -9,13 +9,13 @@ use super::{integrator, support};
 use crate::io::Error;
 use crate::scene::{Boundary, Medium};
 
-/// Mitsuba's parameters where none are given.
+/// Mitsuba's default parameters.
 const DEFAULT_EXTINCTION: f64 = 1.0;
 const DEFAULT_ALBEDO: f64 = 0.75;
 const DEFAULT_ASYMMETRY: f64 = 0.8;
 
 impl<'a> Reader<'a> {
-    /// The media on the sides of a shape with a material, if it says any that can be seen.
+    /// The media on both sides of a shape with a material, if it has any that are visible.
     pub(super) fn boundary(
         &mut self,
         object: &Object<'a>,
@@ -63,7 +63,7 @@ impl<'a> Reader<'a> {
         Ok(self.media.len() - 1)
     }
 
-    /// σ and the albedo; versions before 2 give what is scattered and absorbed of σ.
+    /// Extinction σ and albedo, given directly or by scattering and absorption coefficients.
     fn coefficients(&self, object: &Object<'a>) -> Result<(DVec3, DVec3), Error> {
         let scale = object.float_where("scale", "a number of at least 0", |s| s >= 0.0)?.unwrap_or(1.0);
         let any = f64::INFINITY;
@@ -77,7 +77,7 @@ impl<'a> Reader<'a> {
             }
             ([Some(scattered), Some(absorbed)], None) => {
                 let sum = scattered + absorbed;
-                // Where nothing is lost the albedo says nothing.
+                // Without extinction the albedo has no effect.
                 let albedo = scattered / sum.map(|s| if s > 0.0 { s } else { 1.0 });
                 Ok((scale * sum, albedo))
             }
@@ -87,7 +87,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// A colour of at least 0 that is the same everywhere, which a volume may say.
+    /// A uniform colour from 0 to `most`, given directly or as a `<volume>`.
     fn uniform(&self, object: &Object<'a>, name: &'static str, most: f64) -> Result<Option<DVec3>, Error> {
         let Some(element) = object.parameter(name) else { return Ok(None) };
         let colour = if element.tag == "volume" {
@@ -109,7 +109,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// g of a phase function.
+/// The mean cosine g of a phase function.
 fn asymmetry(object: &Object<'_>) -> Result<f64, Error> {
     let g = match object.plugin {
         "isotropic" => 0.0,

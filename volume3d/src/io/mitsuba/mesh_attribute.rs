@@ -12,7 +12,8 @@ use crate::io::ply::{PlyAttribute, read_attribute};
 use crate::scene::{Wrap, parts};
 
 impl<'a> Reader<'a> {
-    /// The material of a mesh with attributes; grey where it is refused. It is read anew for every mesh.
+    /// The material of a mesh with attributes; its substitute if it is refused. It is read anew for every
+    /// mesh.
     pub(super) fn material_of_attributes(
         &mut self,
         bsdf: &'a Element,
@@ -44,8 +45,8 @@ impl<'a> Reader<'a> {
         material
     }
 
-    /// Refuses a material with texels out of range that a shape would show: where such a texture has been
-    /// written, only the mesh that it was made for shows none of them.
+    /// Refuses a material that would show out-of-range texels. Images converted from attributes have such
+    /// texels, and only the mesh that they were made for shows none of them.
     pub(super) fn check_seen(
         &self,
         element: &Element,
@@ -66,7 +67,7 @@ impl<'a> Reader<'a> {
         Err(element.unsupported(what, "give it that mesh, or an image between 0 and 1"))
     }
 
-    /// The texture of an attribute of the mesh that is being read.
+    /// The texture of an attribute of the current mesh.
     pub(super) fn mesh_attribute(
         &mut self,
         element: &'a Element,

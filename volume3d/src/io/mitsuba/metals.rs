@@ -1,4 +1,4 @@
-//! Metals by their names.
+//! Named metals.
 
 use glam::DVec3;
 
@@ -7,10 +7,10 @@ use crate::io::Error;
 
 /// A name, η and k in linear RGB.
 ///
-/// Measured n and k (Palik 1985 where a name says so, else those of the SOPRA database, as luxpop.com
-/// collects both), converted as spectra of [`Meaning::Index`](super::spectrum::Meaning) are: under D65, by
-/// the observer of 1931. An approximation: reflectance depends on η and k wavelength by wavelength, and three
-/// means do not give the mean of it.
+/// Measured n and k (Palik 1985 if the name says so, else the SOPRA database; both as collected by
+/// luxpop.com), converted like spectra of [`Meaning::Index`](super::spectrum::Meaning): under D65, by the
+/// observer of 1931. This is an approximation, because reflectance depends on η and k nonlinearly at each
+/// wavelength.
 const METALS: &[(&str, [f64; 3], [f64; 3])] = &[
     ("Ag", [0.15528, 0.11673, 0.13839], [4.82835, 3.12222, 2.14690]),
     ("Al", [1.65750, 0.88040, 0.52124], [9.22381, 6.26950, 4.83700]),
@@ -51,7 +51,7 @@ const METALS: &[(&str, [f64; 3], [f64; 3])] = &[
     ("a-C", [2.94405, 2.22714, 1.96816], [0.88746, 0.79930, 0.81529]),
 ];
 
-/// η and k of the metal that a conductor names.
+/// η and k of a conductor's named metal.
 pub(super) fn of(object: &Object<'_>, name: &str) -> Result<(DVec3, DVec3), Error> {
     let name = name.trim();
     let Some((_, eta, k)) = METALS.iter().find(|(known, _, _)| *known == name) else {

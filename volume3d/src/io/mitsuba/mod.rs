@@ -6,26 +6,27 @@
 //!
 #![doc = include_str!("support.md")]
 //!
-//! - `sdfgrid` has `filename`, a `to_world` without shear, and two of our own: `interpolation`, `cubic`
-//!   unless it is `trilinear`, which Mitsuba's is and which biases gradients, and `use_grid_bbox`, the file's
-//!   box in place of [0, 1]³; or without a file, of our own, a ball of a `radius` in `cells` (16) between
-//!   `low` and `high` (−1 and 1).
-//! - `sdfnetwork`, of our own, is a [network](crate::sdf::network) with `filename` (safetensors), [on a
-//!   grid](crate::sdf::Baked) of `cells` (64) between `low` and `high` (−1 and 1), or
-//!   [itself](crate::sdf::Guided) with that as a guide if `itself` is true, a hundred times slower, or
-//!   without any with 0 cells, slower still; `to_world` as above. Without a file it is a new one, about a
-//!   ball: `hidden` (4), `width` (64), `sharpness` (100), `frequencies` (0), `radius` (0.5), `seed`.
+//! - `sdfgrid` has `filename` and a `to_world` without shear. Two parameters are extensions: `interpolation`,
+//!   `cubic` (default) or `trilinear` (Mitsuba's, which biases gradients), and `use_grid_bbox`, which places
+//!   the grid in the file's bounding box instead of [0, 1]³. A grid without a file, also an extension, is a
+//!   ball with a `radius` in `cells` (16) between `low` and `high` (−1 and 1).
+//! - `sdfnetwork`, an extension, is a [network](crate::sdf::network) from `filename` (safetensors), [on a
+//!   grid](crate::sdf::Baked) of `cells` (64) between `low` and `high` (−1 and 1). If `itself` is true, the
+//!   [network itself](crate::sdf::Guided) is traced with the grid as a guide, a hundred times slower; with 0
+//!   cells without a guide, slower still. `to_world` is as above. Without a file it is a new network
+//!   initialised to a ball: `hidden` (4), `width` (64), `sharpness` (100), `frequencies` (0), `radius` (0.5),
+//!   `seed`.
 //!
-//! `default`, `$name`, `include`, `path`, `alias`, `ref` and all transforms are understood. Files are looked
-//! for in the folders of `<path>`, the last first, then beside the main file, then beside the file that names
-//! them. Files of versions before 2 are upgraded as Mitsuba does it: names in camelCase, `uscale` and the
-//! like. A checkerboard that gives numbers, as of `roughness` or `opacity`, has them in each other's places,
-//! as in Mitsuba 3.9.
+//! `default`, `$name`, `include`, `path`, `alias`, `ref` and all transforms are supported. Files are searched
+//! in the folders of `<path>`, the last first, then next to the main file, then next to the file that refers
+//! to them. Files of versions before 2 are upgraded as by Mitsuba: names in camelCase, `uscale` and similar.
+//! A checkerboard of numbers, as for `roughness` or `opacity`, has its two values exchanged, as in Mitsuba
+//! 3.9.
 //!
 //! # Deviations from Mitsuba
 //!
-//! [`guide::deviations`](crate::guide::deviations) lists all that means something else here, with its size,
-//! and what is refused; a test of this reader has a scene for each.
+//! [`guide::deviations`](crate::guide::deviations) lists everything with a different meaning here, with the
+//! size of the difference, and what is refused; a test of this reader has a scene for each.
 
 mod alpha;
 mod animation;
@@ -51,6 +52,7 @@ mod mesh_attribute;
 mod metals;
 mod object;
 mod orthographic;
+mod posed_sensor;
 mod power;
 mod principled;
 mod reader;
@@ -74,6 +76,8 @@ mod write_medium;
 mod write_texture;
 
 pub use self::journal::Note;
+pub(super) use self::posed_sensor::parse_sensors;
+pub use self::posed_sensor::{PosedSensor, load_sensors};
 pub use self::support::support_table;
 pub use self::write::write_scene;
 
@@ -95,10 +99,10 @@ pub struct ReadOptions {
     /// Columns and rows of the film, instead of those in the scene. The field of view is kept along the axis
     /// to which the scene's `fov` refers.
     pub size: Option<(usize, usize)>,
-    /// Whether what is not supported is replaced or left out, with a [`Note`] each, in the place of an error:
-    /// a material by a grey diffuse one or by its diffuse part, metal by metal and glass by glass with what
-    /// can be read of them, an integrator by `path`, a sensor by `perspective`. The image is then another
-    /// one. What is wrong and not only unsupported is left out too.
+    /// Whether unsupported parts are replaced or ignored, with a [`Note`] each, instead of an error: a
+    /// material by a grey diffuse one or its diffuse part, metal by metal and glass by glass with all
+    /// readable parameters, an integrator by `path`, a sensor by `perspective`. The image then differs from
+    /// that of the scene. Invalid parts are ignored, too.
     pub is_lenient: bool,
 }
 

@@ -12,7 +12,7 @@ use super::spectrum::Meaning;
 use super::{harmless, spectrum, support, transform, values};
 use crate::io::{Error, SceneProblem};
 
-/// Rec. 709, of linear RGB.
+/// Weights of linear RGB in the luminance (Rec. 709).
 const LUMINANCE: DVec3 = DVec3::new(0.2126, 0.7152, 0.0722);
 
 /// The elements that are parameters.
@@ -234,7 +234,7 @@ impl<'a> Object<'a> {
         }
     }
 
-    /// A boolean of which only the default value is supported.
+    /// A boolean of which only one value is supported.
     pub(super) fn boolean_that_is(&self, name: &'static str, value: bool) -> Result<(), Error> {
         match self.boolean(name)? {
             Some(found) if found != value => {

@@ -1,8 +1,8 @@
 //! Orthographic sensors, approximated by distant perspective cameras.
 //!
-//! The camera stands behind the sensor by [`FAR`] times half its width. Its rays are parallel to within
-//! 1/FAR, and objects at a depth z in front of the sensor appear smaller by z/(FAR w), w half the width: with
-//! a depth of ten widths, by two thousandths. Images and derivatives are those of that camera, which turns
+//! The camera is [`FAR`] times half the sensor's width behind the sensor. Its rays are parallel to within
+//! 1/FAR: objects at a depth z in front of the sensor appear smaller by z/(FAR w), with w half the width,
+//! which is 0.2 % for a depth of ten widths. Images and derivatives are those of that camera, which rotates
 //! about the sensor.
 
 use glam::{DAffine3, DVec2, DVec3};

@@ -12,7 +12,7 @@ use super::object::Ids;
 use crate::io::{Error, SceneProblem};
 use crate::scene::{Alias, Environment, ImplicitShape, Instances, Light, Material, Medium, Shape, Texture};
 
-/// Objects read so far. Materials and textures may be shared: they are found again by their element.
+/// Objects read so far. Materials and textures may be shared: they are looked up by their element.
 pub(super) struct Reader<'a> {
     pub(super) document: &'a Document,
     pub(super) open: Open<'a>,
@@ -24,7 +24,7 @@ pub(super) struct Reader<'a> {
     /// The number of vertices of all curves so far.
     pub(super) curve_vertices: usize,
     pub(super) textures: Vec<Texture>,
-    /// Textures by their element, and by whether they hold numbers.
+    /// Textures by their element, and whether they hold numbers.
     pub(super) texture_of: HashMap<(*const Element, bool), usize>,
     pub(super) materials: Vec<Material>,
     pub(super) material_of: HashMap<*const Element, usize>,

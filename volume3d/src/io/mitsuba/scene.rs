@@ -1,4 +1,4 @@
-//! Scene as a whole.
+//! The whole scene.
 
 use super::element::Element;
 use super::integrator::{integrator, sees_media};
@@ -75,7 +75,7 @@ impl Reader<'_> {
         journal.accept(scene.finish(), &self.document.root, "");
         let orthographic = |e: &&Element| e.attribute("type") == Some("orthographic");
         if let Some(element) = sensors.first().filter(|e| orthographic(e) && !self.implicits.is_empty()) {
-            // Implicit surfaces are lost at the distance of its camera.
+            // At the distance of its camera, rays lose implicit surfaces.
             journal.refuse(
                 element
                     .unsupported("an orthographic sensor before implicit surfaces", "a perspective sensor"),

@@ -60,7 +60,7 @@ pub(super) fn sensor<'a>(
         None
     };
     if let Some(element) = medium.filter(|_| object.plugin == "orthographic") {
-        // It is read as a distant perspective camera, and the path through the medium would be as long.
+        // The approximating camera is far away, and its paths would be as long in the medium.
         return Err(element.unsupported("an orthographic sensor within a medium", "a perspective sensor"));
     }
     object.finish()?;
@@ -112,7 +112,7 @@ fn camera<'a>(object: &Object<'a>, radius: f64, aspect: f64) -> Result<(Camera, 
     let field_of_view = field_of_view(object, aspect * pixel_aspect)?;
     let clips = Clips::read(object)?;
     let offset = |name| object.float(name).map(|offset| offset.unwrap_or(0.0));
-    // Mitsuba gives the position of this camera's centre in the picture of a centred camera.
+    // Mitsuba's offset is the position of the principal point of a centred camera in this picture.
     let principal_point =
         -DVec2::new(offset("principal_point_offset_x")?, offset("principal_point_offset_y")?);
     // Mitsuba's default focus distance is the far clipping plane.

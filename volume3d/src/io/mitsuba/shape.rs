@@ -188,9 +188,9 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The mesh of a shape under its transform, which must be invertible. If a `rotate` has an axis that is not of
-/// length 1, Mitsuba 3 transforms normals by the matrix itself, including face normals of built-in shapes and
-/// instances. Disks and cylinders lie where rays find them by the inverse that Mitsuba assumes.
+/// The mesh of a shape under its transform, which must be invertible. If a `rotate` has an axis that is not
+/// of length 1, Mitsuba 3 transforms normals by the matrix itself, including face normals of built-in shapes
+/// and instances. Disks and cylinders lie where rays find them by the inverse that Mitsuba assumes.
 pub(super) fn placed(element: &Element, mesh: Mesh, plugin: &str) -> Result<Mesh, Error> {
     let map = transform::invertible(element)?;
     if !transform::has_other_axes(element) {

@@ -1,8 +1,8 @@
 //! Conversion of spectra to linear sRGB.
 //!
-//! ∫ s(λ) x̄(λ) dλ and so on, with the observer of 1931, are converted to linear sRGB (ITU-R BT.709
-//! primaries, D65). Light transport uses these three numbers, which is an approximation wherever two spectra
-//! would be multiplied: that of a lamp with that of a wall, or η and k in Fresnel's formulas.
+//! The integrals ∫ s(λ) x̄(λ) dλ and so on, with the observer of 1931, are converted to linear sRGB (ITU-R
+//! BT.709 primaries, D65). Light transport uses these three numbers, an approximation wherever two spectra
+//! are multiplied: that of a lamp by that of a wall, or η and k in Fresnel's formulas.
 
 use glam::{DMat3, DVec3};
 
@@ -20,7 +20,7 @@ pub(super) const CONSTANT: [&str; 7] =
 pub(super) enum Meaning {
     /// Seen under D65, so that 1 at all wavelengths is white; within [0, 1].
     Reflectance,
-    /// The same, unbounded: η and k.
+    /// η and k: as reflectance, but unbounded.
     Index,
     /// Power by wavelength: 1 at all wavelengths is equal-energy white, of luminance 1.
     Emission,

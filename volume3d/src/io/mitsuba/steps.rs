@@ -1,9 +1,9 @@
 //! Smoothing of discontinuous textures.
 //!
 //! A step of reflectance within a surface is a discontinuity that moves with the surface, and no warp field
-//! follows it: derivatives by geometry would be silently biased. The step is replaced by a ramp, almost too
-//! narrow to be visible, which a bilinear texture represents exactly: derivatives are those of the image with
-//! ramps.
+//! follows it: derivatives with respect to geometry would be biased without notice. The step is replaced by a
+//! ramp that is almost invisible and that a bilinear texture represents exactly: derivatives are those of the
+//! image with ramps.
 
 use glam::DVec3;
 
@@ -18,15 +18,15 @@ pub(super) const CHECKERBOARD_TEXELS: usize = 128;
 pub(super) const CHECKERBOARD_NOTE: &str =
     "the steps of the checkerboard are ramps of 1/128 of its period: derivatives are those of the ramps";
 
-/// Maximum upsampling factor of an image without interpolation along each axis; a ramp is one of the new
-/// texels wide.
+/// Maximum upsampling factor per axis of an image without interpolation; a ramp is one of the new texels
+/// wide.
 const MOST_COPIES: usize = 16;
 /// Minimum upsampling factor: with a smaller one, ramps would be as wide as the space between them.
 const FEWEST_COPIES: usize = 4;
-/// Maximum number of texels in all.
+/// Maximum number of texels of the upsampled image.
 const MOST_TEXELS: usize = 1 << 20;
 
-/// A checkerboard on the unit square: the first colour where u and v are both below ½, or both above.
+/// A checkerboard on the unit square: the first colour where u and v are both below ½ or both above.
 pub(super) fn checkerboard(colours: [DVec3; 2]) -> Image {
     let n = CHECKERBOARD_TEXELS;
     let texel = |k: usize| {
@@ -36,8 +36,8 @@ pub(super) fn checkerboard(colours: [DVec3; 2]) -> Image {
     Image { width: n, height: n, pixels: (0..n * n).map(texel).collect() }
 }
 
-/// An image whose texels are squares of one colour, up to narrow ramps; and the note. Large ones stay as they
-/// are.
+/// Converts an image without interpolation: its texels become squares of one colour, separated by narrow
+/// ramps. Returns the image and a note; large images are unchanged.
 pub(super) fn nearest(image: Image) -> (Image, String) {
     let Image { width, height, ref pixels } = image;
     let fits = |copies: usize| (width * copies).saturating_mul(height * copies) <= MOST_TEXELS;

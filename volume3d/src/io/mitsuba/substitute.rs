@@ -118,7 +118,7 @@ fn facets(object: &Object<'_>) -> Option<Roughness> {
     (alpha > 0.0).then(|| Roughness::new(distribution, alpha.max(1e-4)))
 }
 
-/// With unknown indices of refraction it reflects all light.
+/// A metal; it reflects all light if the indices of refraction are unknown.
 fn metal(object: &Object<'_>, rough: bool) -> Bsdf {
     let (eta, k) = index_of_refraction(object).unwrap_or((DVec3::ZERO, DVec3::ONE));
     let factor = colour(object.element, &["specular_reflectance"]).unwrap_or(DVec3::ONE);

@@ -35,33 +35,33 @@ const KINDS: [Kind; 12] = [
     Kind {
         tag: "bsdf",
         plugins: BSDFS,
-        remarks: "metals and glasses by their names; textures for colours, for the numbers of `principled` and `principledthin`, for `alpha`, `alpha_u` and `alpha_v` of `roughconductor`, `roughdielectric` and `pplastic`, and for the weight of `blendbsdf`; `twosided` with one or two",
+        remarks: "named metals and glasses; textures for colours, for the numbers of `principled` and `principledthin`, for `alpha`, `alpha_u` and `alpha_v` of `roughconductor`, `roughdielectric` and `pplastic`, and for the weight of `blendbsdf`; `twosided` with one or two materials",
     },
     Kind {
         tag: "medium",
         plugins: MEDIA,
-        remarks: "as `interior` and `exterior` of meshes and around the sensor, for integrators that see media; in images and finite differences",
+        remarks: "as `interior` and `exterior` of meshes, and around the sensor; for integrators that support media; images and finite differences only",
     },
     Kind { tag: "phase", plugins: PHASES, remarks: "within a medium" },
     Kind {
         tag: "texture",
         plugins: TEXTURES,
-        remarks: "PNG, JPEG, BMP, OpenEXR, Radiance HDR; bilinear, and steps as narrow ramps; `to_uv`; `mesh_attribute` of PLY files",
+        remarks: "PNG, JPEG, BMP, OpenEXR, Radiance HDR; bilinear; steps become narrow ramps; `to_uv`; `mesh_attribute` of PLY files",
     },
     Kind {
         tag: "emitter",
         plugins: EMITTERS,
-        remarks: "textures for the radiance of `area`, and for `spot` and `projector`; leniently `sky` and `sunsky` as constant",
+        remarks: "textures for the radiance of `area`, and for `spot` and `projector`; in lenient mode `sky` and `sunsky` become constant",
     },
     Kind {
         tag: "spectrum",
         plugins: "pairs of wavelength and value, files of them, uniform, d65, srgb, rawconstant, blackbody, regular, irregular",
-        remarks: "read as linear RGB; the plugins also as textures, the same everywhere",
+        remarks: "converted to linear RGB; the plugins also as constant textures",
     },
     Kind {
         tag: "sensor",
         plugins: SENSORS,
-        remarks: "of several the first, and without one that of Mitsuba 2; `orthographic` as perspective from far away",
+        remarks: "the first of several; the default of Mitsuba 2 if there is none; `orthographic` is a distant perspective camera",
     },
     Kind { tag: "film", plugins: FILMS, remarks: "read as hdrfilm" },
     Kind {
@@ -73,7 +73,7 @@ const KINDS: [Kind; 12] = [
     Kind {
         tag: "integrator",
         plugins: INTEGRATORS,
-        remarks: "what computes the light of paths, and the image of one within another",
+        remarks: "integrators of light paths; of nested ones, the image of the inner one",
     },
 ];
 

@@ -12,7 +12,7 @@ use crate::io::Error;
 use crate::io::image::read_image;
 use crate::scene::{Texture, Wrap};
 
-/// Mitsuba's colours of a checkerboard where none are given.
+/// Mitsuba's default colours of a checkerboard.
 const DEFAULT_COLOURS: [f64; 2] = [0.4, 0.2];
 
 impl<'a> Reader<'a> {
@@ -21,8 +21,8 @@ impl<'a> Reader<'a> {
         self.texture_of(element, false)
     }
 
-    /// The same of one that gives numbers, of which Mitsuba 3.9 has those of a checkerboard in each other's
-    /// places.
+    /// Like [`texture`](Self::texture), for a texture of numbers: Mitsuba 3.9 exchanges the two numbers of a
+    /// checkerboard.
     pub(super) fn number_texture(&mut self, element: &'a Element) -> Result<usize, Error> {
         self.texture_of(element, element.attribute("type") == Some("checkerboard"))
     }
@@ -131,8 +131,9 @@ fn checkerboard(object: &Object<'_>, swaps: bool) -> Result<Image, Error> {
     Ok(steps::checkerboard(colours))
 }
 
-/// A map of (u, v, 1): of a transform of space what concerns x, y and translations. Before version 3.9
-/// Mitsuba took the upper left 3×3 part instead; where only that has a translation, it is meant.
+/// The affine map of (u, v, 1) given by a transform of space: its part for x, y and translations. Mitsuba
+/// before version 3.9 took the upper left 3×3 part instead; this is assumed if only that part has a
+/// translation.
 fn to_uv(element: &Element, object: &Object<'_>) -> Result<DAffine2, Error> {
     let m = transform::matrix(element)?;
     let column = |c: glam::DVec4| DVec2::new(c.x, c.y);

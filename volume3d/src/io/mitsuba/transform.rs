@@ -7,12 +7,13 @@ use super::journal::Journal;
 use super::values::{number, numbers, triple, vector};
 use crate::io::{Error, SceneProblem};
 
-/// Tolerance of an axis's length without a note: three digits of a unit vector do not matter.
+/// Deviation of an axis's length from 1 above which a note is written: unit vectors are often given with
+/// three digits.
 const UNIT_TOLERANCE: f64 = 1e-3;
 
-/// Tolerance of orthogonality and equal length of the axes of a rigid motion, in products of axes relative to
-/// the square of the length. A rotation by θ about an axis of length 1 − δ has products that are off by up to
-/// 4δ, and δ is up to [`UNIT_TOLERANCE`] without a note; the rest is for matrices written with few digits.
+/// Tolerance of orthogonality and equal length of the axes of a rigid motion, for products of axes divided by
+/// the squared length. A rotation by θ about an axis of length 1 − δ has products that are off by up to 4δ,
+/// and δ may be [`UNIT_TOLERANCE`] without a note; the rest is for matrices written with few digits.
 const RIGID_TOLERANCE: f64 = 5.0 * UNIT_TOLERANCE;
 
 /// The product of a transform's steps, the first applied first.
@@ -99,7 +100,7 @@ fn look_at(element: &Element) -> Result<DMat4, Error> {
     let direction = (target - origin).try_normalize();
     let direction = direction
         .ok_or_else(|| element.bad_value("target", &format!("{target}"), "a point other than the origin"))?;
-    // Without `up`, any perpendicular direction would do, but Mitsuba's is used.
+    // Without `up`, the perpendicular direction is that of Mitsuba.
     let up = match element.attribute("up") {
         Some(_) => triple(element, "up")?,
         None => across(direction)[0],
@@ -166,8 +167,8 @@ pub(super) fn has_other_axes(element: &Element) -> bool {
     element.children.iter().any(|step| other_length(step).is_some())
 }
 
-/// The map whose inverse Mitsuba takes for the transform's, which should be the transform itself: the inverse
-/// of a `<rotate>` is its transpose there, whatever the length of its axis.
+/// The map whose inverse Mitsuba uses as the inverse of the transform. It differs from the transform if a
+/// `<rotate>` has an axis that is not of length 1, because Mitsuba inverts it by its transpose.
 pub(super) fn inverse_of_inverse(element: &Element) -> Result<DAffine3, Error> {
     let mut product = DAffine3::IDENTITY;
     for step in &element.children {
@@ -178,8 +179,8 @@ pub(super) fn inverse_of_inverse(element: &Element) -> Result<DAffine3, Error> {
     Ok(product)
 }
 
-/// The transform of a sphere about `center`, which leaves it one: Q S₀₀ of the polar decomposition Q S of the
-/// linear part, as in Mitsuba, which warns of any other S.
+/// The transform of a sphere about `center` that keeps it a sphere: Q S₀₀ of the polar decomposition Q S of
+/// the linear part, as in Mitsuba, with a note for any other S.
 pub(super) fn of_sphere(element: &Element, center: DVec3, journal: &Journal) -> Result<DAffine3, Error> {
     let map = invertible(element)?;
     let turn = polar_rotation(map.matrix3);
@@ -199,7 +200,7 @@ pub(super) fn of_sphere(element: &Element, center: DVec3, journal: &Journal) -> 
 }
 
 /// The rotation nearest to a map, the orthogonal part of its polar decomposition, by Newton's iteration Q ←
-/// (Q + Q⁻ᵀ)/2 (Higham 1986). For a map with a reflection, the reflection is left to the stretch.
+/// (Q + Q⁻ᵀ)/2 (Higham 1986). A reflection is left in the stretch.
 pub(super) fn polar_rotation(linear: DMat3) -> DMat3 {
     const STEPS: usize = 60;
     let mut q = if linear.determinant() < 0.0 { linear * -1.0 } else { linear };
@@ -223,7 +224,7 @@ pub(super) fn rotation(element: &Element, map: &DAffine3) -> Result<DMat3, Error
     Ok(turn)
 }
 
-/// The rotation of a motion that may contain a reflection: then x points the other way.
+/// The rotation of a motion that may contain a reflection; x is then reversed.
 pub(super) fn orthogonal(element: &Element, map: &DAffine3) -> Result<DMat3, Error> {
     let m = map.matrix3;
     let length = m.z_axis.length();

@@ -1,10 +1,10 @@
-//! Files of versions 0.x and 1.x, brought to version 2 as Mitsuba 2 and 3 bring them.
+//! Upgrades files of versions 0.x and 1.x to version 2, as Mitsuba 2 and 3 do.
 
 use super::element::Element;
 use super::values;
 use crate::io::Error;
 
-/// Renames what an element is called: `lookAt`, the kinds of plugins before 0.4, and parameters in camelCase.
+/// Renames elements: `lookAt`, the kinds of plugins before 0.4, and parameters in camelCase.
 pub(super) fn names(element: &mut Element) {
     let tag = match element.tag.as_str() {
         "lookAt" => "lookat",
@@ -29,7 +29,7 @@ pub(super) fn names(element: &mut Element) {
     }
 }
 
-/// `toWorld` becomes `to_world`, `intIOR` becomes `int_ior`.
+/// Converts `toWorld` to `to_world`, `intIOR` to `int_ior`.
 fn snake_case(name: &str) -> String {
     let mut result = String::with_capacity(name.len() + 4);
     let mut before = ' ';
@@ -46,8 +46,8 @@ fn snake_case(name: &str) -> String {
     result
 }
 
-/// Parameters that became others: `diffuse_reflectance` of diffuse materials, and scales and offsets of
-/// textures, which are a transform since: the offset first, as Mitsuba's upgrade has it.
+/// Upgrades parameters: `diffuse_reflectance` of diffuse materials, and scales and offsets of textures, which
+/// become a transform with the offset applied first, as in Mitsuba's upgrade.
 pub(super) fn parameters(element: &mut Element) -> Result<(), Error> {
     if element.tag == "bsdf" && element.attribute("type") == Some("diffuse") {
         for child in &mut element.children {

@@ -22,7 +22,7 @@ pub(super) fn numbers(element: &Element, name: &str, value: &str) -> Result<Vec<
     words(value).map(|word| number(element, name, word)).collect()
 }
 
-/// Three numbers in an attribute that must be given.
+/// Three numbers in a required attribute.
 pub(super) fn triple(element: &Element, attribute: &'static str) -> Result<DVec3, Error> {
     let value = element.required(attribute)?;
     match numbers(element, attribute, value)?[..] {
@@ -31,7 +31,7 @@ pub(super) fn triple(element: &Element, attribute: &'static str) -> Result<DVec3
     }
 }
 
-/// A vector given as x, y and z, or as a value of three numbers or one for all.
+/// A vector given as x, y and z, or as a value of three numbers or of one number for all.
 pub(super) fn vector(element: &Element, default: f64) -> Result<DVec3, Error> {
     if let Some(value) = element.attribute("value") {
         if let Some(name) = ["x", "y", "z"].iter().find(|name| element.attribute(name).is_some()) {
@@ -47,8 +47,8 @@ pub(super) fn vector(element: &Element, default: f64) -> Result<DVec3, Error> {
     Ok(DVec3::new(component("x")?, component("y")?, component("z")?))
 }
 
-/// A colour given by `<rgb>`, `<srgb>`, `<float>` or `<integer>`, linear RGB. `#rrggbb` is sRGB, and so are
-/// the three numbers of `<srgb>`.
+/// A colour in linear RGB, given by `<rgb>`, `<srgb>`, `<float>` or `<integer>`. `#rrggbb` and the three
+/// numbers of `<srgb>` are sRGB.
 pub(super) fn colour(element: &Element) -> Result<DVec3, Error> {
     let value = element.required("value")?;
     let tag = element.tag.as_str();

@@ -1,7 +1,7 @@
 //! Substitution of `$name`s.
 
-/// Maximum total bytes of substituted values, so that nested values do not exhaust the memory. A value has
-/// some ten, and a scene a million elements at most.
+/// Maximum total bytes of substituted values, so that nested values do not exhaust the memory. A scene has at
+/// most a million elements, with values of some ten bytes.
 pub(super) const MOST_TEXT: usize = 1 << 26;
 
 /// The values of `$name`s.

@@ -14,29 +14,29 @@ use crate::scene::{
 };
 use crate::sdf::{Baked, Grid, Guided, Interpolation};
 
-/// Writes a scene as Mitsuba 3 XML, with its meshes as PLY or OBJ and its textures as OpenEXR in a folder of
-/// its own beside it: for `fits/last.xml`, the folder `fits/last.files`. What is there under the names it
-/// chooses is replaced; the scene itself is written last, and every file atomically.
+/// Writes a scene as Mitsuba 3 XML, with its meshes as PLY or OBJ and its textures as OpenEXR in a separate
+/// folder next to it: for `fits/last.xml`, the folder `fits/last.files`. Existing files with the same names
+/// are replaced. The scene itself is written last, and every file atomically.
 ///
-/// [`load_scene`](crate::io::load_scene) reads the same scene, but for
+/// [`load_scene`](crate::io::load_scene) reads the same scene, except for
 ///
-/// - textures, which are written in single precision, and those of an environment without their `to_uv`, for
-///   which the format has no place;
-/// - the last digits of the camera, whose field of view is written in degrees and whose frame is made
-///   orthonormal again;
-/// - implicit surfaces: grids are written in single precision, with the file's own box, and
+/// - textures, which are written in single precision, and those of an environment without their `to_uv`,
+///   which the format does not have;
+/// - the last digits of the camera, whose field of view is written in degrees and whose frame is
+///   orthonormalised again;
+/// - implicit surfaces: grids are written in single precision, with their own bounding box, and
 ///   `Description::tracer` is not written;
-/// - the order of vertices where a mesh has normals or texture coordinates, and vertices that no triangle
-///   has: PLY has one topology only. Two vertices in one place become one;
-/// - names that two things have in common, which the format does not allow: shapes and lights keep theirs,
-///   and others get a `_`.
+/// - the order of vertices if a mesh has normals or texture coordinates, and vertices without a triangle: PLY
+///   has one topology only. Vertices at the same position are merged;
+/// - names that two objects share, which the format does not allow: shapes and lights keep theirs, and others
+///   get a `_`.
 ///
 /// Values out of the reader's range, such as a reflectance above 1, are written and refused on reading.
-/// Mitsuba itself knows no `kappa` of directional lights.
+/// Mitsuba itself has no `kappa` of directional lights.
 ///
 /// # Errors
-/// [`Error::File`], [`Error::Grid`] for a grid that single precision cannot hold, and [`Error::NoFormat`] for
-/// an implicit surface that is no grid.
+/// [`Error::File`], [`Error::Grid`] for a grid that single precision cannot represent, and
+/// [`Error::NoFormat`] for an implicit surface that is neither a grid nor a network.
 pub fn write_scene(path: &Path, scene: &Scene) -> Result<(), Error> {
     let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
@@ -205,7 +205,7 @@ impl Writer<'_> {
         }
         // Mitsuba's x axis points to the left of the image.
         let frame = DMat3::from_cols(-camera.right, camera.up, camera.forward);
-        // Half the width and height of what an orthographic sensor sees are scales.
+        // The scales are half the width and height of an orthographic sensor.
         let scale = orthographic.map_or(DVec3::ONE, |x| DVec3::new(x, x / camera.pixel_aspect, 1.0));
         self.world_transform(frame * DMat3::from_diagonal(scale), camera.pivot());
         self.medium_reference("medium", *camera_medium);
@@ -240,8 +240,8 @@ impl Writer<'_> {
         self.line("</sensor>");
     }
 
-    /// The plugin and the file of a mesh, relative to the scene. PLY has one topology only, which does for
-    /// all but computed normals with texture coordinates.
+    /// The plugin and the file of a mesh, relative to the scene. PLY has one topology only, which suffices
+    /// except for computed normals with texture coordinates.
     fn mesh(&self, index: usize, shape: &Shape) -> Result<(&'static str, String), Error> {
         let computed = matches!(shape.mesh.normals(), Normals::AngleWeighted { .. });
         let plugin = if computed && shape.mesh.uvs().is_some() { "obj" } else { "ply" };
@@ -255,7 +255,7 @@ impl Writer<'_> {
         Ok((plugin, file))
     }
 
-    /// A grid or network with a file of its own; other implicit surfaces have no place in the format.
+    /// Writes a grid or network with its file; the format has no other implicit surfaces.
     fn implicit(&mut self, index: usize, shape: &ImplicitShape) -> Result<(), Error> {
         let (id, surface) = (self.ids.implicits[index].clone(), &shape.surface);
         if let Some(grid) = surface.downcast::<Grid>() {
@@ -297,8 +297,8 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// A file's name, relative to the scene: with a number, so that no two are one where case does not count,
-    /// and as much of the id as letters and digits make.
+    /// A file's name, relative to the scene: with a number, so that names differ on systems that ignore case,
+    /// and the letters and digits of the id.
     pub(super) fn file(&self, kind: &str, index: usize, id: &str, extension: &str) -> String {
         const LONGEST: usize = 40;
         let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' };
@@ -306,7 +306,7 @@ impl Writer<'_> {
         format!("{}/{kind}{index}-{id}.{extension}", self.folder)
     }
 
-    /// A file's place, in a folder that exists.
+    /// The path of a file, in a folder that is created if necessary.
     pub(super) fn place(&self, file: &str) -> Result<PathBuf, Error> {
         let path = self.parent.join(file);
         if let Some(folder) = path.parent() {
@@ -343,7 +343,7 @@ impl Writer<'_> {
         self.line("</transform>");
     }
 
-    /// A line, indented by the elements that are open.
+    /// Writes a line, indented by the open elements.
     pub(super) fn line(&mut self, line: &str) {
         let closes = line.starts_with("</");
         self.depth -= usize::from(closes);
@@ -356,7 +356,7 @@ pub(super) fn spaced(numbers: &[f64]) -> String {
     numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(" ")
 }
 
-/// As the value of an attribute.
+/// Escapes text for the value of an attribute.
 pub(super) fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {
@@ -364,7 +364,7 @@ pub(super) fn escaped(text: &str) -> String {
             '&' => escaped.push_str("&amp;"),
             '<' => escaped.push_str("&lt;"),
             '"' => escaped.push_str("&quot;"),
-            // Or a variable's name would begin.
+            // Otherwise a variable's name would begin.
             '$' => escaped.push_str("\\$"),
             '\t' | '\n' | '\r' => {
                 let _ = write!(escaped, "&#{};", u32::from(c));

@@ -9,7 +9,7 @@ use crate::scene::{
 };
 
 impl Writer<'_> {
-    /// A material, by its index.
+    /// Writes a material, by its index.
     pub(super) fn material(&mut self, scene: &Description, index: usize) -> Result<(), Error> {
         let material = &scene.materials[index];
         let id = self.ids.materials[index].clone();
@@ -18,7 +18,7 @@ impl Writer<'_> {
             wrappers.push("twosided");
         }
         if material.opacity.is_some() {
-            // Mitsuba does not take a mask within twosided.
+            // Mitsuba does not support a mask within twosided.
             wrappers.insert(0, "mask");
         }
         match material.relief {
@@ -121,7 +121,7 @@ impl Writer<'_> {
         self.value("string", "distribution", name);
     }
 
-    /// The facets of a material, by its index, and the textures of their roughness.
+    /// Writes the facets of a material, by its index, and the textures of their roughness.
     fn facets(&mut self, scene: &Description, index: usize, facets: Roughness) -> Result<(), Error> {
         let Roughness { distribution, alpha, stretch } = facets;
         self.distribution(distribution);
@@ -134,7 +134,7 @@ impl Writer<'_> {
         self.alpha(scene, "alpha_v", (alpha * stretch, across), first + 1)
     }
 
-    /// A roughness, or a texture that is multiplied by it, written to a file with a number that no other has.
+    /// Writes a roughness, or a texture multiplied by it in a file with a unique number.
     fn alpha(
         &mut self,
         scene: &Description,

@@ -6,7 +6,7 @@ use super::write::Writer;
 use crate::scene::{Environment, Light};
 
 impl Writer<'_> {
-    /// A light without a surface.
+    /// Writes a light without a surface.
     pub(super) fn light(&mut self, id: &str, light: &Light) {
         match light {
             Light::Directional { direction, irradiance, kappa, .. } => {
@@ -35,7 +35,7 @@ impl Writer<'_> {
                 self.world_transform(*to_world, *position);
                 self.value("float", "fov", field_of_view.to_degrees());
                 match texture {
-                    // The format has one factor for all channels, and so have projectors that were read.
+                    // The format has one factor for all channels; projectors from a file have one, too.
                     Some(texture) => {
                         self.value("float", "scale", intensity.x);
                         self.texture_reference("irradiance", *texture);

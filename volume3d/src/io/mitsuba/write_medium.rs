@@ -8,7 +8,7 @@ impl Writer<'_> {
         for (index, Medium { extinction, albedo, asymmetry, .. }) in scene.media.iter().enumerate() {
             let id = self.ids.media[index].clone();
             self.open("medium", "homogeneous", &id);
-            // Mitsuba takes no sigma_t above 1 but by its scale, here a power of two, so that no digit is
+            // Mitsuba allows sigma_t above 1 only by its scale, here a power of two, so that no digit is
             // lost.
             let most = extinction.max_element();
             let scale = if most > 1.0 { most.log2().ceil().exp2() } else { 1.0 };
@@ -22,7 +22,7 @@ impl Writer<'_> {
         }
     }
 
-    /// A medium in which a sensor stands, or that a shape bounds.
+    /// Writes a reference to the medium of a sensor or of a side of a shape.
     pub(super) fn medium_reference(&mut self, name: &str, medium: Option<usize>) {
         if let Some(index) = medium {
             let id = escaped(&self.ids.media[index]);

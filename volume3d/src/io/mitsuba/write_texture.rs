@@ -22,8 +22,8 @@ impl Writer<'_> {
         self.texture_parameters(texture, file);
     }
 
-    /// A texture times a factor, for which the format has no place: unless it is 1, in a file of its own with
-    /// a number that no other has.
+    /// Writes a texture times a factor. The format has no such factor: unless it is 1, the product is written
+    /// to a file with a unique number.
     pub(super) fn scaled_texture(
         &mut self,
         name: &str,
@@ -57,7 +57,8 @@ impl Writer<'_> {
         let to_uv = flip * texture.to_uv;
         if to_uv != DAffine2::IDENTITY {
             let (x, y, t) = (to_uv.matrix2.x_axis, to_uv.matrix2.y_axis, to_uv.translation);
-            // Since version 3.9 Mitsuba takes the translation from the last column, before from the third.
+            // Mitsuba takes the translation from the last column since version 3.9, and from the third
+            // before.
             let rows =
                 [[x.x, y.x, t.x, t.x], [x.y, y.y, t.y, t.y], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
             self.line("<transform name=\"to_uv\">");

@@ -49,13 +49,13 @@ fn an_animation_is_still_at_the_time_of_the_shutter() {
         assert!((middle - x * DVec3::X).length() < 1e-12 && (width - half).abs() < 1e-12, "{middle} {width}");
         assert!(notes.iter().any(|note| note.text.starts_with("the animation is still, as it is at ")));
     }
-    // One transform does not move.
+    // A single transform is static.
     let one = scene(&open_from(0.0, 1.0), "<transform time='0.5'><translate x='2'/></transform>");
     assert!((box_of(&read(&one).unwrap()).0 - 2.0 * DVec3::X).length() < 1e-12);
 }
 
-/// An object that moves while the shutter is open would be blurred: it is refused, and leniently evaluated at
-/// the middle of the time.
+/// An object that moves while the shutter is open would be blurred: it is refused, and in lenient mode
+/// evaluated at the middle of that time.
 #[test]
 fn blur_is_refused() {
     let text = scene(&open_from(0.0, 1.0), KEYS);

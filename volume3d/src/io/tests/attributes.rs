@@ -10,8 +10,7 @@ use crate::io::{Error, ReadOptions, load_scene, read_scene, read_scene_with, wri
 use crate::optimize::{ParameterError, Quantity};
 use crate::scene::{Bsdf, Description, Reflectance, Scene, Value};
 
-/// A square of which the vertices and the faces have colours and numbers, and a triangle with bytes for
-/// colours.
+/// A square with colours and numbers at vertices and faces, and a triangle with colours as bytes.
 const SQUARE: &str = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
     property float r\nproperty float g\nproperty float b\nproperty float w_x\nproperty float tint_r\n\
     property float tint_g\nproperty float tint_b\nproperty float tint_a\nproperty float pair_x\nproperty float pair_y\n\
@@ -21,7 +20,7 @@ const SQUARE: &str = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\
 const BYTES: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
     property uchar red\nproperty uchar green\nproperty uchar blue\nelement face 1\n\
     property list uchar int vertex_indices\nend_header\n0 0 0 255 0 51\n1 0 0 255 0 51\n0 1 0 255 0 51\n3 0 1 2\n";
-/// Numbers in any order, with an opacity between, and one that is given twice.
+/// Properties in arbitrary order, with an opacity in between, and one of them given twice.
 const MIXED: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
     property float alpha\nproperty uchar blue\nproperty float green\nproperty float red\nproperty float t_2\n\
     property float t_1\nproperty float t_0\nproperty float q_x\nproperty float q_0\nproperty float l_a\n\
@@ -58,8 +57,8 @@ fn ply(file: &str, bsdf: &str) -> String {
     format!("<shape type='ply'><string name='filename' value='{file}.ply'/>{bsdf}</shape>")
 }
 
-/// The colours that a shape's only texture has at points of a triangle, by their weights, looked up
-/// bilinearly.
+/// The colour of a shape's only texture at a point of a triangle, given by barycentric weights, by bilinear
+/// look-up.
 fn seen(scene: &Description, triangle: usize, weights: [f64; 3]) -> DVec3 {
     let texture = &scene.textures[0];
     let uvs = scene.shapes[0].mesh.uvs().unwrap();
@@ -80,7 +79,7 @@ fn close(found: DVec3, expected: DVec3) {
     assert!((found - expected).length() < 1e-12, "{found} {expected}");
 }
 
-/// Colours of vertices are interpolated as their positions are; those of faces are the same all over them.
+/// Colours of vertices are interpolated linearly; those of faces are constant on them.
 #[test]
 fn attributes_are_interpolated_as_positions_are() {
     let scene = read(&ply("square", &diffuse("vertex_color"))).unwrap();
@@ -99,7 +98,7 @@ fn attributes_are_interpolated_as_positions_are() {
     close(seen(&bytes, 0, [0.2, 0.3, 0.5]), DVec3::new(1.0, 0.0, 0.2));
 }
 
-/// Turned triangles keep the colours of their vertices, and a factor is one.
+/// Flipped triangles keep the colours of their vertices, and `scale` multiplies them.
 #[test]
 fn attributes_of_turned_triangles() {
     let turned =
@@ -117,7 +116,7 @@ fn attributes_of_turned_triangles() {
     close(seen(&scene, 0, [0.0, 0.0, 1.0]), DVec3::splat(0.5));
 }
 
-/// A material shared by several meshes is made for each of them, and several attributes share one set of
+/// A material shared by several meshes is created for each, and several attributes share one set of texture
 /// coordinates.
 #[test]
 fn attributes_of_several_meshes() {
@@ -180,11 +179,11 @@ fn materials_beside_attributes_have_names_of_their_own() {
     };
     let (scene, ids) = built(&format!("{}{}{}", grey("a"), grey("b"), blend("<ref id='b'/>")), false);
     assert!(scene.is_ok() && ids[..2] == ["a", "b"], "{scene:?} {ids:?}");
-    // The first mesh has its second material within, and another shape refers to that.
+    // The second material of the first mesh is nested in it, and another shape refers to that.
     let later = "<shape type='cube'><ref id='b'/></shape>";
     let (scene, ids) = built(&format!("{}{}{later}", grey("a"), blend(&grey("b"))), false);
     assert!(scene.is_ok() && ids.iter().any(|id| id == "b"), "{scene:?} {ids:?}");
-    // What does not fit is no material at all; the grey one has its name, once.
+    // A refused material is not created; its grey substitute has its name, once.
     let unfit = format!(
         "<bsdf type='mask' id='m'><texture name='opacity' type='checkerboard' id='t'/>{}</bsdf>",
         diffuse("vertex_color")
@@ -206,8 +205,8 @@ fn attributes_are_looked_for_in_finite_time() {
     assert!(read(&format!("{chain}{end}")).is_err());
 }
 
-/// The fourth texel of a triangle may be out of range where no triangle shows it, also when it has been
-/// written.
+/// The fourth texel of a triangle may be out of range if no triangle shows it, also after writing and
+/// reading.
 #[test]
 fn written_attributes_are_read_again() {
     let folder = tempfile::tempdir().unwrap();

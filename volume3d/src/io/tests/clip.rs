@@ -1,4 +1,4 @@
-//! Clipping planes of a camera, which cut nothing or are refused.
+//! Clipping planes of a camera: refused if they cut something.
 
 use glam::DVec3;
 
@@ -7,8 +7,8 @@ use super::scene::read;
 use crate::io::Error;
 use crate::scene::Description;
 
-/// A film of 40 × 20 pixels in front of a camera at the origin that looks along z, x to the left, with half
-/// its width equal to its distance.
+/// A film of 40 × 20 pixels and a camera at the origin that looks along z, with x to the left; half the
+/// film's width is visible at x = z.
 fn scene(sensor: &str, film: &str, shapes: &str) -> Result<Description, Error> {
     read(&format!(
         "<scene version='3.0.0'><sensor type='perspective'><float name='fov' value='90'/>{sensor}\n\
@@ -35,7 +35,7 @@ fn wall(size: f64, [x, y, z]: [f64; 3]) -> String {
     )
 }
 
-/// A floor at a height, which extends 50 in all directions.
+/// A floor at height y that extends by 50 in all directions.
 fn floor(y: f64) -> String {
     format!(
         "<shape type='rectangle' id='floor'><transform name='to_world'><scale value='50'/>\
@@ -45,8 +45,8 @@ fn floor(y: f64) -> String {
 
 #[test]
 fn a_floor_below_and_behind_the_camera_is_accepted() {
-    // It enters the view at z = 1/0.575: a pixel is 0.05 at z = 1, and the Gaussian reaches 1.5 of them
-    // beyond the border.
+    // It enters the view at z = 1/0.575: a pixel is 0.05 at z = 1, and the Gaussian extends 1.5 pixels beyond
+    // the border.
     scene(&near(0.01), "", &floor(-1.0)).unwrap();
     scene(&near(1.7), "", &floor(-1.0)).unwrap();
     let text = message(scene(&near(1.75), "", &floor(-1.0)));
@@ -76,7 +76,7 @@ fn the_worst_shape_is_named() {
 
 #[test]
 fn what_crosses_a_plane_counts_in_view_only() {
-    // Turned about the vertical, from z = 0.5 at x = 1.5 to z = 3.5 at x = −1.5.
+    // Rotated about the vertical: from z = 0.5 at x = 1.5 to z = 3.5 at x = −1.5.
     let across = |x: f64| {
         format!(
             "<shape type='rectangle'><transform name='to_world'><scale x='2.12132' y='0.1'/>\
@@ -91,8 +91,8 @@ fn what_crosses_a_plane_counts_in_view_only() {
     scene(&(near(1.0) + &far(2.0)), "", &wall(9.0, [0.0, 0.0, -3.0])).unwrap();
 }
 
-/// The walls at z = 20 begin where the view ends: at x = ±20 with a box, two pixels of size 1 beyond with a
-/// Gaussian, and at the crop window.
+/// The walls at z = 20 begin at the border of the view: at x = ±20 with a box filter, two pixels of size 1
+/// beyond with a Gaussian, and at the crop window.
 #[test]
 fn the_view_ends_with_the_film_and_the_reach_of_its_filter() {
     let accepted = |film: &str, x: f64, y: f64| scene(&far(10.0), film, &wall(1.0, [x, y, 20.0])).is_ok();
@@ -112,7 +112,8 @@ fn the_view_ends_with_the_film_and_the_reach_of_its_filter() {
     assert!(accepted(&film, -12.0, 4.0) && !accepted(&film, -12.0, 4.01));
 }
 
-/// An orthographic sensor sees nothing behind it, and what is before it at the same size everywhere.
+/// An orthographic sensor sees nothing behind it, and objects in front of it at the same size at any
+/// distance.
 #[test]
 fn orthographic_sensors() {
     let scene = |sensor: &str, shapes: &str| {
@@ -125,8 +126,8 @@ fn orthographic_sensors() {
     };
     let camera = scene("", "").unwrap().camera;
     assert_eq!(camera.pixel_aspect, 1.5);
-    // Where half the width and half the height of the film are at some depths: 3, and half of 2 as it has
-    // half as many rows.
+    // Half the width and height of the film at some depths: 3, and half of 2 because it has half as many
+    // rows.
     let [wide, tall] = [camera.right, camera.up].map(DVec3::normalize);
     let half = (0.5 * camera.field_of_view).tan();
     for depth in [0.0, 10.0, 30.0] {

@@ -1,4 +1,4 @@
-//! One scene for every row of the guide's page of deviations, which verifies the page.
+//! A scene for every row of the guide's page of deviations, to verify the page.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -18,8 +18,8 @@ const SENSOR: &str = "<sensor type='perspective'><float name='fov' value='30'/><
     <lookat origin='0,0,4' target='0,0,0' up='0,1,0'/></transform><film type='hdrfilm'><integer name='width' value='4'/>\
     <integer name='height' value='4'/><rfilter type='box'/></film></sensor>";
 
-/// A folded sheet whose two faces meet in a seam of texture coordinates, two faces with normals to the back,
-/// smooth normals, a dented face, a curve.
+/// Files: a folded sheet whose two faces meet in a seam of texture coordinates, two faces with normals
+/// towards the back, smooth normals, a dented face, a curve.
 fn open(path: &Path) -> std::io::Result<Vec<u8>> {
     let text = match path.file_name().and_then(|name| name.to_str()) {
         Some("seam.obj") => {
@@ -56,7 +56,7 @@ fn whole(text: &str) -> (Description, Vec<Note>) {
     read_as(&format!("<scene version='3.0.0'>{text}</scene>"), false).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// The contents of a scene with a sensor.
+/// Reads a scene with a sensor and this content.
 fn scene(body: &str) -> Description {
     whole(&format!("{SENSOR}{body}")).0
 }
@@ -90,7 +90,7 @@ const WALL: &str = "<transform name='to_world'><scale value='3'/></transform>";
 
 type Case = (&'static str, fn());
 
-/// Another image.
+/// Deviations that change the image.
 const IMAGES: &[Case] = &[
     ("emission by normals", || {
         let turned = scene(&file("obj", "turned.obj", EMITS)).shapes.remove(0).mesh;
@@ -185,7 +185,7 @@ const IMAGES: &[Case] = &[
     }),
     ("seams of OBJ files", || {
         let mesh = scene(&file("obj", "seam.obj", "")).shapes.remove(0).mesh;
-        // Six corners, and the two of the seam once.
+        // Six corners; the two of the seam count once.
         let Normals::AngleWeighted { count, .. } = mesh.normals() else { panic!("{mesh:?}") };
         assert_eq!((*count, mesh.positions().len()), (6, 6));
     }),
@@ -217,8 +217,8 @@ const IMAGES: &[Case] = &[
         );
     }),
     ("images of few samples", || {
-        // That of one sample of a constant scene, in which quotients are exact, is exact; means are tested
-        // beside renderings.
+        // With one sample of a constant scene quotients are exact; means are tested against renderings
+        // elsewhere.
         let film = SENSOR.replace("<rfilter type='box'/>", "");
         let d = whole(&format!("{film}{SKY}")).0;
         assert!(!d.film.sample_border && d.film.filter == Filter::Gaussian { deviation: 0.5 });
@@ -227,7 +227,7 @@ const IMAGES: &[Case] = &[
     }),
 ];
 
-/// Refused, or left out with a note.
+/// Parts that are refused, or ignored with a note.
 const REFUSALS: &[Case] = &[
     ("clip planes", || {
         let near = SENSOR.replace("<film", "<float name='near_clip' value='5'/><film");
@@ -329,7 +329,7 @@ const REFUSALS: &[Case] = &[
     }),
 ];
 
-/// Read here and not there.
+/// Extensions that Mitsuba does not read.
 const ADDITIONS: &[Case] = &[
     ("no sensor", || {
         let (d, notes) = whole("<shape type='cube'/>");
@@ -378,7 +378,7 @@ const ADDITIONS: &[Case] = &[
     }),
 ];
 
-/// Every row has a case and every case a row; and what the page says is so.
+/// Every row has a case, every case has a row, and the statements of the page hold.
 #[test]
 fn the_page_of_deviations_says_what_is_so() {
     let rows: BTreeSet<&str> =

@@ -12,7 +12,7 @@ fn notes(text: &str) -> Vec<Note> {
     read_scene_with(text.as_bytes(), here("dir/s.xml"), &ReadOptions::default(), &open).unwrap().1
 }
 
-/// Half of unpolarised light passes a polariser, and a retarder does not change it.
+/// A polariser transmits half of unpolarised light, and a retarder does not change it.
 #[test]
 fn filters_of_polarised_light() {
     let opacity = |body: &str| material(body).opacity;
@@ -28,7 +28,7 @@ fn filters_of_polarised_light() {
     assert_eq!(reflectance, Reflectance::Constant(DVec3::ZERO));
 }
 
-/// The index of metals is relative to that of what is around them.
+/// The index of metals is relative to that of the exterior.
 #[test]
 fn metals_in_a_medium() {
     for plugin in ["conductor", "roughconductor"] {
@@ -47,7 +47,7 @@ fn other_spellings() {
     let other = with("<shape type='sphere' id='s'><bsdf type='principled' id='m'/></shape>").unwrap();
     assert!(one == other);
     assert!(matches!(material("<bsdf type='disneythin'/>").bsdf, Bsdf::PrincipledThin(_)));
-    // An old and a new name of one parameter, with one value.
+    // The old and the new name of a parameter, with one value.
     let both = |axis: &str| {
         read(&format!(
             "<scene version='0.5.0'><sensor type='perspective'><string name='fovAxis' value='x'/><string name='fov_axis' \
@@ -81,7 +81,7 @@ fn parts_of_a_sensor_beside_it() {
     assert_eq!((scene.samples, scene.film.width), (25, 7));
 }
 
-/// The image is of light at all times, which is the first that such programs give.
+/// The image is the steady-state one, the first that such programs output.
 #[test]
 fn films_that_resolve_time() {
     let text = "<scene version='3.3.0'><integrator type='transient_path'><boolean name='camera_unwarp' value='false'/>\
@@ -96,8 +96,8 @@ fn films_that_resolve_time() {
     assert_eq!(told, 7, "{notes:?}");
 }
 
-/// An integrator without light transport is rendered as `path`; a sky that is not read is, leniently, the
-/// same everywhere.
+/// An integrator without light transport is rendered as `path`; in lenient mode an unsupported sky becomes a
+/// constant one.
 #[test]
 fn what_stands_for_another() {
     let text = format!(
@@ -121,7 +121,7 @@ fn what_stands_for_another() {
     );
 }
 
-/// Glass is mixed with paper, with other glass or with a mirror, on its own two sides; filters and sides are
+/// Glass may be mixed with paper, other glass or a mirror, with its own two sides; filters and `twosided` may
 /// not.
 #[test]
 fn mixtures_of_what_light_passes() {
@@ -146,7 +146,7 @@ fn mixtures_of_what_light_passes() {
     }
 }
 
-/// `to_world` moves control points and leaves radii as they are.
+/// `to_world` transforms control points, and leaves radii unchanged.
 #[test]
 fn curves_in_a_scene() {
     let open = |_: &std::path::Path| Ok("0 0 0 .5\n1 0 0 .5\n2 0 0 .5\n3 0 0 .5\n".into());
@@ -170,7 +170,7 @@ fn curves_in_a_scene() {
     near(high, DVec3::new(12.5, 7.5, 0.5));
 }
 
-/// What a scene has of curves is counted over all of them.
+/// The limit on curves applies to all curves of a scene together.
 #[test]
 fn too_many_curves() {
     let open = |_: &std::path::Path| Ok("0 0 0 .5\n1 0 0 .5\n".repeat(100).into());
@@ -187,7 +187,7 @@ fn too_many_curves() {
     assert!(found.starts_with(&place) && found.contains("more than 2^21 vertices"), "{found}");
 }
 
-/// A copy of an implicit surface is one, put elsewhere.
+/// An instance of an implicit surface is an implicit surface at another place.
 #[test]
 fn instances_of_grids() {
     let copy = |transform: &str| {

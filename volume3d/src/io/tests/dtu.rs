@@ -17,14 +17,14 @@ use crate::scene::{Description, Film, Scene};
 
 /// Storage of an array.
 #[derive(Clone, Copy)]
-enum Stored {
+pub(super) enum Stored {
     Double,
     Single,
     Fortran,
     BigEndian,
 }
 
-fn npy(matrix: DMat4, stored: Stored) -> Vec<u8> {
+pub(super) fn npy(matrix: DMat4, stored: Stored) -> Vec<u8> {
     let numbers = matrix.transpose().to_cols_array();
     let (descr, fortran, data): (_, _, Vec<u8>) = match stored {
         Stored::Double => ("<f8", "False", numbers.iter().flat_map(|x| x.to_le_bytes()).collect()),
@@ -42,8 +42,8 @@ fn array(header: &str, data: &[u8]) -> Vec<u8> {
     [b"\x93NUMPY\x01\x00", &length[..], header.as_bytes(), data].concat()
 }
 
-/// An archive of members as given, deflated or stored.
-fn npz(members: &[(String, Vec<u8>)], deflated: bool) -> Vec<u8> {
+/// An archive with these members, deflated or stored.
+pub(super) fn npz(members: &[(String, Vec<u8>)], deflated: bool) -> Vec<u8> {
     let mut bytes = vec![];
     let mut archive = rawzip::ZipArchiveWriter::new(&mut bytes);
     for (name, content) in members {
@@ -69,7 +69,7 @@ fn npz(members: &[(String, Vec<u8>)], deflated: bool) -> Vec<u8> {
     bytes
 }
 
-/// A camera: K, R and c, and the ball of its data.
+/// A camera: K, R and c, and the bounding ball of its data.
 struct Known {
     intrinsics: DMat3,
     rotation: DMat3,
@@ -95,7 +95,7 @@ impl Known {
         Self { intrinsics, rotation, center, scale }
     }
 
-    /// One whose film is in the middle of its axis.
+    /// A camera whose principal point is the centre of the film.
     fn plain(rng: &mut Stream) -> Self {
         let known = Self::new(rng);
         let middle = DVec3::new(0.5 * f64::from(SIZE.0 - 1), 0.5 * f64::from(SIZE.1 - 1), 1.0);
@@ -122,7 +122,7 @@ impl Known {
     }
 }
 
-/// A folder of images with red number i, and masks of their left halves.
+/// A folder whose image i has red value i, with masks of the left halves.
 fn folder(cameras: &[u8], count: usize) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     for kind in ["image", "mask"] {
@@ -138,7 +138,7 @@ fn folder(cameras: &[u8], count: usize) -> TempDir {
     folder
 }
 
-/// A set of three, as NumPy writes it.
+/// Cameras of three views, as written by NumPy.
 pub(super) fn archive() -> Vec<u8> {
     let mut rng = stream(1, &[]);
     let stored = [Stored::Double, Stored::Fortran, Stored::BigEndian];
@@ -161,7 +161,8 @@ fn check(view: &View, known: &Known, tolerance: f64) {
     assert!(view.center.abs_diff_eq(known.center, 1e3 * tolerance), "{} for {}", view.center, known.center);
 }
 
-/// 10⁻⁹ of the place is rounding of matrices with numbers up to 10⁶; single precision has 2²⁹ times that.
+/// 10⁻⁹ of the position is the rounding of matrices with numbers up to 10⁶; single precision has 2²⁹ times as
+/// much.
 #[test]
 fn cameras_are_those_that_were_written() {
     let mut rng = stream(1, &[]);

@@ -49,7 +49,7 @@ fn a_folder_that_does_not_exist_is_named() {
     assert!(found.starts_with(&format!("cannot write {}: ", path.display())), "{found}");
 }
 
-/// Whoever may read files of this program's user may read what it writes.
+/// Written files have the default permissions of the user's files.
 #[cfg(unix)]
 #[test]
 fn written_files_have_ordinary_permissions() {

@@ -22,7 +22,7 @@ fn mutate(target: fn(&[u8]), name: u64, count: u64, seeds: &[Vec<u8>]) {
                 1 => drop(bytes.drain(at..end)),
                 2 => bytes.insert(at, below(256) as u8),
                 3 => {
-                    // A piece from elsewhere, perhaps of another seed.
+                    // A piece of any of the seeds.
                     let other = &seeds[below(seeds.len())];
                     let from = below(other.len());
                     let piece = other[from..(from + 1 + below(40)).min(other.len())].to_vec();
@@ -172,7 +172,30 @@ fn serialized() {
     mutate(fuzz::serialized, 9, 20000, &[super::serialized::two(4), super::serialized::two(3)]);
 }
 
-/// `roxmltree` must not recurse on what a file nests.
+#[test]
+fn transforms() {
+    let overrides = r#"{"w": 8, "h": 6.0, "cx": 3.5, "camera_model": "OPENCV", "k1": 0, "frames": [{"file_path": "a.png",
+        "mask_path": "m.png", "fl_x": 9.5, "transform_matrix": [[1, 0, 0, 2], [0, 0, -1, 0.5], [0, 1, 0, 3]]}]}"#;
+    let file = super::views::transforms(&super::views::known());
+    crate::io::views::parse_transforms(overrides.as_bytes(), super::here("a.json")).unwrap();
+    mutate(fuzz::transforms, 10, 20000, &[file.into_bytes(), overrides.as_bytes().to_vec()]);
+}
+
+#[test]
+fn colmap() {
+    let known = super::views::known();
+    let seed = |[cameras, images]: [Vec<u8>; 2]| [vec![cameras.len() as u8], cameras, images].concat();
+    let seeds = [super::views::colmap_text(&known), super::views::colmap_binary(&known)].map(seed);
+    assert!(seeds.iter().all(|seed| seed.len() > 1 + usize::from(seed[0])));
+    mutate(fuzz::colmap, 11, 40000, &seeds);
+}
+
+#[test]
+fn sensors() {
+    mutate(fuzz::sensors, 12, 8000, &[super::views::sensors(&super::views::known()).into_bytes()]);
+}
+
+/// `roxmltree` must not recurse on nested elements.
 #[test]
 fn deep_nesting() {
     fuzz::scene("<a>".repeat(100_000).as_bytes());

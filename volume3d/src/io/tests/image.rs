@@ -50,7 +50,7 @@ fn png_is_srgb_unless_raw() {
         (linear.pixels[0] - DVec3::new(0.0, 0.215_860_500_113_899_26, 1.0)).length() < 1e-15,
         "{linear:?}"
     );
-    // 10/255 is below the threshold of 0.04045: a division by 12.92.
+    // 10/255 is below the threshold of 0.04045, so it is divided by 12.92.
     assert!((linear.pixels[1].x - 10.0 / 255.0 / 12.92).abs() < 1e-15);
     let raw = read_image(&bytes, here("a.png"), true).unwrap();
     assert_eq!(raw.pixels[0], DVec3::new(0.0, 128.0 / 255.0, 1.0));
@@ -80,7 +80,7 @@ fn alpha_is_left_out_and_grey_becomes_colour() {
     assert_eq!(read_image(&bytes, here("a.png"), false).unwrap().pixels, [DVec3::ONE]);
 }
 
-/// Half transparent red over blue: half of each in linear light; OpenEXR has its colours multiplied already.
+/// Half transparent red over blue: half of each in linear light. The colours of OpenEXR are premultiplied.
 #[test]
 fn transparent_pictures_show_a_background() {
     let folder = tempfile::tempdir().unwrap();
@@ -99,7 +99,7 @@ fn transparent_pictures_show_a_background() {
         load_image_over(&path, DVec3::splat(4.0), Encoding::File, None).unwrap().pixels,
         [DVec3::new(6.0, 3.5, 3.0)]
     );
-    // Without alpha it is what it is.
+    // Without alpha the picture is unchanged.
     let grey: ImageBuffer<Luma<u8>, _> = ImageBuffer::from_raw(1, 1, vec![255_u8]).unwrap();
     std::fs::write(&path, encoded(ImageFormat::Png, DynamicImage::ImageLuma8(grey))).unwrap();
     assert_eq!(load_image_over(&path, DVec3::X, Encoding::File, None).unwrap().pixels, [DVec3::ONE]);
@@ -128,7 +128,7 @@ fn animations_have_all_their_images() {
 fn radiance_hdr_is_linear() {
     let rgb: ImageBuffer<Rgb<f32>, _> = ImageBuffer::from_raw(1, 1, vec![0.5_f32, 2.0, 8.0]).unwrap();
     let bytes = encoded(ImageFormat::Hdr, DynamicImage::ImageRgb32F(rgb));
-    // One exponent for all: 8 bits below the largest channel.
+    // The channels share an exponent: 8 bits below the largest channel.
     let pixel = read_image(&bytes, here("a.hdr"), false).unwrap().pixels[0];
     assert!((pixel - DVec3::new(0.5, 2.0, 8.0)).abs().max_element() <= 16.0 / 256.0, "{pixel}");
 }
@@ -190,7 +190,7 @@ fn exr_tiles_larger_than_the_file_are_refused() {
     let image = DynamicImage::ImageRgb32F(ImageBuffer::from_pixel(4, 4, Rgb([0.5_f32; 3])));
     let mut bytes = encoded(ImageFormat::OpenExr, image);
     read_image(&bytes, here("a.exr"), false).unwrap();
-    // A name, its type and a length come before width and height.
+    // Width and height follow a name, its type and a length.
     let tiles = b"tiles\0tiledesc\0\x09\0\0\0";
     let at = bytes.windows(tiles.len()).position(|w| w == tiles).unwrap() + tiles.len();
     bytes[at + 4..at + 8].copy_from_slice(&0x1000_0000_u32.to_le_bytes());
@@ -202,7 +202,7 @@ fn exr_tiles_larger_than_the_file_are_refused() {
     assert_eq!(found, "a.exr: 64×1048576 pixels are announced, which the file is too short for");
 }
 
-/// A header of some bytes makes no room for ten thousand million pixels.
+/// A header of a few bytes does not allocate ten thousand million pixels.
 #[test]
 fn a_header_that_lies_is_refused() {
     let mut bytes = vec![];

@@ -1,4 +1,4 @@
-//! OpenEXR pictures of one channel and of several layers.
+//! OpenEXR pictures with one channel and with several layers.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use crate::io::{Encoding, load_image, load_image_over, read_image};
 
 const SIZE: (usize, usize) = (3, 2);
 
-/// A part of a file, of which the k-th channel is k + 1 + i/8 in pixel i.
+/// A part of a file whose k-th channel is k + 1 + i/8 at pixel i.
 fn part(name: &str, channels: &[&str]) -> Layer<AnyChannels<FlatSamples>> {
     let of = |(k, name): (usize, &&str)| {
         let samples = (0..SIZE.0 * SIZE.1).map(|i| k as f32 + 1.0 + i as f32 / 8.0).collect();
@@ -58,7 +58,7 @@ fn layers_are_chosen_by_name() {
     let depth = "View.Depth.Z";
     let colours = ["View.Combined.R", "View.Combined.G", "View.Combined.B", "View.Combined.A"];
     write(&path, &[part("", &[&colours[..], &[depth]].concat())]);
-    // The only one in colours, over what its alpha of 4 leaves of 8.
+    // The only layer with colours, over a background of 8 with its alpha of 4.
     let combined = DVec3::new(1.0, 2.0, 3.0) - 24.0;
     assert_eq!(first(&path, None), Ok(combined));
     assert_eq!(first(&path, Some("View.Combined")), Ok(combined));
@@ -66,7 +66,7 @@ fn layers_are_chosen_by_name() {
     assert_eq!(first(&path, Some("View.Combined.G")), Ok(DVec3::splat(2.0)));
     let message = first(&path, Some("Combined")).unwrap_err();
     assert!(message.contains("no layer `Combined`") && message.contains(depth), "{message}");
-    // Two in colours, as parts of their own that have names.
+    // Two layers with colours, as separate named parts.
     write(&path, &[part("left", &["R", "G", "B"]), part("right", &["B", "G", "R"])]);
     assert_eq!(first(&path, Some("right")), Ok(DVec3::new(3.0, 2.0, 1.0)));
     let message = first(&path, None).unwrap_err();

@@ -51,7 +51,7 @@ fn coated_and_transparent_materials() {
     assert_eq!(eta("<bsdf type='roughdielectric'/>"), 1.5046 / 1.000_277);
     let named = "<bsdf type='thindielectric'><string name='int_ior' value='Water'/><float name='ext_ior' value='2'/></bsdf>";
     assert_eq!(eta(named), 1.333 / 2.0);
-    // Schlick's 4 % is specular ½.
+    // `specular` ½ is Schlick's 4 %.
     let principled = eta("<bsdf type='principled'/>");
     assert!((((principled - 1.0) / (principled + 1.0)).powi(2) - 0.04).abs() < 1e-12);
     let facets = |body: &str| material(body).bsdf.facets();
@@ -82,7 +82,7 @@ fn lights_in_a_point() {
     assert!((field_of_view - 90_f64.to_radians()).abs() < 1e-15);
     let plain = light("<emitter type='projector'><float name='irradiance' value='1'/></emitter>");
     let Light::Projector { field_of_view, .. } = plain else { panic!() };
-    // A lens of 50 mm before a square as high as its diagonal of 43.27 mm allows.
+    // A focal length of 50 mm with a square film whose diagonal is 43.27 mm.
     let half = 0.5 * 36_f64.hypot(24.0) * 0.5_f64.sqrt() / 50.0;
     assert!((field_of_view - 2.0 * half.atan()).abs() < 1e-12, "{field_of_view}");
 }
@@ -106,7 +106,7 @@ fn two_materials_in_one() {
     let mixture =
         |parts: [&str; 2]| with(&format!("<bsdf type='blendbsdf'>{weight}{}{}</bsdf>", parts[0], parts[1]));
     assert!(mixture([both, both]).unwrap().materials[1].two_sided);
-    // A second part may have two sides by itself.
+    // The second part may be two-sided by itself.
     let sides: Vec<bool> = mixture([matt, both]).unwrap().materials.iter().map(|m| m.two_sided).collect();
     assert_eq!(sides, [true, false]);
     let nested = format!("<bsdf type='blendbsdf'>{weight}{matt}{matt}</bsdf>");
@@ -143,7 +143,7 @@ fn roughnesses_may_be_textures() {
     for (material, texture) in scene.materials.iter().zip([0, 1]) {
         assert_eq!((material.roughness_textures, material.bsdf.roughness()), ([Some(texture); 2], Some(1.0)));
     }
-    // As numbers, the two of a checkerboard are in each other's places.
+    // The two numbers of a checkerboard are exchanged.
     let colours = |material: &str| with(material).unwrap().textures[0].texels[0].x;
     let board = |name: &str| alpha.replace("'alpha'", &format!("'{name}'"));
     assert_eq!(colours(&format!("<bsdf type='diffuse'>{}</bsdf>", board("reflectance"))), 0.0);
@@ -156,14 +156,14 @@ fn roughnesses_may_be_textures() {
         let body = format!("<bsdf type='{plugin}'>{}{inner}</bsdf>", board(name));
         assert_eq!(colours(&body), 0.2, "{plugin}");
     }
-    // One board that gives both is two textures.
+    // A checkerboard used for both colours and numbers is two textures.
     let both = format!(
         "{}<bsdf type='principled'><ref name='base_color' id='t'/><ref name='roughness' id='t'/></bsdf>",
         alpha.replace("name='alpha'", "id='t'")
     );
     let firsts: Vec<f64> = with(&both).unwrap().textures.iter().map(|t| t.texels[0].x).collect();
     assert_eq!(firsts, [0.0, 0.2]);
-    // Along u and across it: two textures, one and a number, a number and one.
+    // Along u and across it: two textures, a texture and a number, a number and a texture.
     let (u, v) = (alpha.replace("'alpha'", "'alpha_u'"), alpha.replace("'alpha'", "'alpha_v'"));
     let number = |axis: char| format!("<float name='alpha_{axis}' value='.3'/>");
     let cases = [
@@ -183,8 +183,7 @@ fn roughnesses_may_be_textures() {
     }
 }
 
-/// A texture that is the same everywhere is a constant, of colours and of numbers, where it stands and by
-/// reference.
+/// A constant texture becomes a constant, for colours and numbers, inline and by reference.
 #[test]
 fn constant_textures() {
     let texture =
@@ -218,7 +217,7 @@ fn constant_textures() {
         texture("rawconstant", third).replace("name='NAME'", "id='t'")
     );
     assert_eq!(material(&of_reference).bsdf.reflectance(), &Reflectance::Constant(DVec3::splat(0.25)));
-    // Where only an image will do, it is one of one texel.
+    // Where an image is required, it has one texel.
     let relief = "<bsdf type='normalmap'><texture name='normalmap' type='rawconstant'><vector name='value' value='.5 .5 1'/>\
                   </texture><bsdf type='diffuse'/></bsdf>";
     let scene = with(relief).unwrap();
@@ -228,7 +227,7 @@ fn constant_textures() {
     assert_eq!(with(lamp).unwrap().shapes[0].radiance, Some(DVec3::splat(3.0)));
 }
 
-/// Without facets a boundary is smooth, and without a change of index there is none.
+/// Without facets a boundary is smooth, and without a change of index there is no boundary.
 #[test]
 fn materials_at_their_limits() {
     let of = |plugin: &str, body: &str| material(&format!("<bsdf type='{plugin}'>{body}</bsdf>")).bsdf;
@@ -241,7 +240,7 @@ fn materials_at_their_limits() {
     assert_eq!(of("roughplastic", zero), of("plastic", ""));
     let Bsdf::Plastic(once) = of("pplastic", zero) else { panic!() };
     assert_eq!((once.facets, once.scattering), (None, Scattering::Once));
-    // One of two axes alone is as narrow as facets can be.
+    // α = 0 along one axis only becomes the minimum α.
     let one = of("roughconductor", "<float name='alpha_u' value='0'/><float name='alpha_v' value='.3'/>");
     let facets = one.facets().unwrap();
     assert!(facets.alpha == 1e-4 && (facets.alpha * facets.stretch - 0.3).abs() < 1e-15);
@@ -263,8 +262,8 @@ fn materials_at_their_limits() {
     }
 }
 
-/// Leniently, what stands for a metal is a metal, for glass glass, and for what may be metal metal; with all
-/// that can be read.
+/// In lenient mode a metal becomes a metal, glass becomes glass, and possible metals become metal, with all
+/// readable parameters.
 #[test]
 fn nothing_turns_metal_grey() {
     use crate::io::{ReadOptions, read_scene_with};

@@ -8,7 +8,7 @@ use crate::geometry::Mesh;
 use crate::io::{ReadOptions, load_scene, read_scene_with, write_scene};
 use crate::scene::{Boundary, Bsdf, Camera, Description, Film, Filter, Material, Medium, Reflectance, Scene};
 
-/// A cube that all light passes, with more inside.
+/// A transparent cube with this content.
 fn cube(inside: &str) -> Result<Description, crate::io::Error> {
     with(&format!("<integrator type='volpath'/><shape type='cube'><bsdf type='null'/>{inside}</shape>"))
 }
@@ -81,7 +81,7 @@ fn coefficients_in_all_their_forms() {
     near(before_2.media[0].extinction, [4.0, 0.0, 8.0]);
 }
 
-/// What several refer to is one medium, and the sensor may stand in it.
+/// A medium with several references is one medium, and the sensor may be inside it.
 #[test]
 fn one_medium_for_many() {
     let scene = read(
@@ -126,7 +126,7 @@ fn what_makes_no_medium_is_refused_with_its_place() {
 <string name='material' value='skin1'/>
     dir/s.xml:2:1: medium "homogeneous" has no parameter "material" here; supported: scale, sigma_t, albedo, sigma_s, sigma_a
 "#;
-    // The place of the medium itself is that of this line.
+    // The error's position is that of the medium.
     let refused = |text: &str| {
         let found = message(cube(&format!("<medium name='interior' type='homogeneous'>\n{text}</medium>")));
         let own = found.strip_prefix("dir/s.xml:1:").and_then(|rest| rest.split_once(": "));
@@ -135,7 +135,7 @@ fn what_makes_no_medium_is_refused_with_its_place() {
     check_table(table, refused);
     let found = message(cube("<medium name='interior' type='heterogeneous'/>"));
     assert!(found.ends_with("medium \"heterogeneous\" is not supported; supported: homogeneous"), "{found}");
-    // A medium that is neither inside nor outside.
+    // A medium that is neither interior nor exterior.
     let found = message(cube("<medium type='homogeneous'/>"));
     assert!(found.contains("<medium> is not supported inside shape \"cube\""), "{found}");
     let orthographic = "<scene version='3.0.0'><integrator type='volpath'/><sensor type='orthographic'><medium \
@@ -144,7 +144,7 @@ fn what_makes_no_medium_is_refused_with_its_place() {
     assert!(found.contains("an orthographic sensor within a medium is not supported"), "{found}");
 }
 
-/// Leniently, a medium that is not read is left out, with a note.
+/// In lenient mode an unsupported medium is ignored, with a note.
 #[test]
 fn leniently_the_rest_is_read() {
     let text = "<scene version='3.0.0'><integrator type='volpath'/><sensor type='perspective'/><shape type='cube'><bsdf \
@@ -156,7 +156,7 @@ fn leniently_the_rest_is_read() {
     assert!(notes.iter().any(|note| note.text.starts_with("the medium is left out, because")), "{notes:?}");
 }
 
-/// What is written is read again, to the last digit.
+/// A written scene is read again to the last digit.
 #[test]
 fn media_come_back() {
     let camera = Camera::look_at(DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO, DVec3::Y, 0.7);

@@ -1,4 +1,4 @@
-//! Transforms that mirror, and rotations about axes of other lengths.
+//! Transforms with reflections, and rotations about axes of other lengths than 1.
 
 use glam::{DMat3, DVec3};
 
@@ -8,10 +8,10 @@ use crate::geometry::{Mesh, Normals};
 use crate::io::{ReadOptions, load_scene, read_scene_with, write_scene};
 use crate::scene::{Description, Environment, Light, Scene};
 
-/// What stands before a transform that mirrors along x.
+/// The steps of a transform with a reflection along x.
 const MIRROR: &str = "<scale x='-1'/><rotate y='1' angle='90'/>";
 
-/// Where the axes x, y and z of such a transform point to.
+/// The directions of the axes x, y and z of such a transform.
 fn mirrored() -> [DVec3; 3] {
     [DVec3::Z, DVec3::Y, DVec3::X]
 }
@@ -26,7 +26,7 @@ fn axes(m: &DMat3) -> [DVec3; 3] {
     [m.x_axis, m.y_axis, m.z_axis]
 }
 
-/// Mitsuba's x axis points to the left of the image, and so it does in a mirror.
+/// Mitsuba's x axis points to the left of the image, also with a reflection.
 #[test]
 fn mirrored_cameras() {
     for (plugin, more) in [
@@ -66,7 +66,7 @@ fn mirrored_environments_and_projectors() {
     }
 }
 
-/// The same scene, written and read again.
+/// A scene written and read again.
 fn written(d: Description) -> Description {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("s.xml");
@@ -74,7 +74,7 @@ fn written(d: Description) -> Description {
     load_scene(&path).unwrap()
 }
 
-/// A shape that is turned by the angle about the axis, and what is noted of it in every run.
+/// A shape rotated by an angle about an axis, with the notes shown in every run.
 fn turned(shape: &str, axis: &str, angle: f64) -> (Mesh, Vec<String>) {
     let text = format!(
         "<scene version='3.0.0'>{SENSOR}<shape type='{shape}'><transform name='to_world'><rotate {axis} angle='{angle}'/>\
@@ -86,7 +86,7 @@ fn turned(shape: &str, axis: &str, angle: f64) -> (Mesh, Vec<String>) {
     (d.shapes.into_iter().next().unwrap().mesh, notes)
 }
 
-/// The axis is taken as it is, as in Mitsuba 3.9.1, whose matrices and boxes these are.
+/// The axis is not normalised, as in Mitsuba 3.9.1; matrices and bounding boxes are Mitsuba's.
 #[test]
 fn axes_of_other_lengths_shear() {
     let (mesh, _) = turned("rectangle", "y='1' z='1'", 15.0);
@@ -95,7 +95,7 @@ fn axes_of_other_lengths_shear() {
         let expected = p.x * x + p.y * y;
         assert!(mesh.positions().iter().any(|p| (*p - expected).length() < 2e-6), "{mesh:?}");
     }
-    // The normals of faces are turned by the same matrix, and those of a disk are those of a plane.
+    // Face normals are transformed by the same matrix, and those of a disk like those of a plane.
     let (rectangle, disk) =
         (turned("rectangle", "y='1' z='1'", 40.0).0, turned("disk", "y='1' z='1'", 40.0).0);
     for mesh in [rectangle, disk] {
@@ -122,8 +122,8 @@ fn axes_of_other_lengths_are_noted() {
     }
 }
 
-/// A mesh without texture coordinates that needs some has those of its triangles in the order of its file:
-/// also where flipped normals or a mirror turn these round. One that needs none has none.
+/// A mesh that needs texture coordinates and has none gets those of its triangles in the order of its file,
+/// also if flipped normals or a reflection reverse it. Other meshes get none.
 #[test]
 fn coordinates_of_triangles() {
     let board = "<bsdf type='diffuse'><texture type='checkerboard' name='reflectance'/></bsdf>";

@@ -24,6 +24,7 @@ mod scene_errors;
 mod scene_versions;
 mod sdf;
 mod serialized;
+mod views;
 mod write_scene;
 
 use std::io::{Cursor, Write as _};
@@ -34,7 +35,7 @@ use ::image::{DynamicImage, ImageFormat};
 use super::Error;
 use super::error::excerpt;
 
-/// The message of what must fail.
+/// The message of an expected error.
 fn message<T: std::fmt::Debug>(result: Result<T, Error>) -> String {
     match result {
         Ok(value) => panic!("accepted as {}", excerpt(&format!("{value:?}"))),
@@ -42,7 +43,7 @@ fn message<T: std::fmt::Debug>(result: Result<T, Error>) -> String {
     }
 }
 
-/// Checks that each call fails with its message, and shows all that do not before failing.
+/// Checks that each call fails with its message, and lists all that do not.
 fn check_messages(cases: &[(String, &str)]) {
     let wrong: Vec<_> = cases.iter().filter(|(found, expected)| found != expected).collect();
     for (found, expected) in &wrong {

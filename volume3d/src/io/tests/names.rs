@@ -1,4 +1,4 @@
-//! Names that a scene file gives to what is not one thing.
+//! Names in a scene file that refer to several objects.
 
 use glam::DVec3;
 
@@ -10,7 +10,7 @@ fn scene(content: &str) -> Scene {
     Scene::new(with(content).unwrap()).unwrap()
 }
 
-/// What is within a material is found by its own name, be it one that other materials share.
+/// A nested material is found by its own name, also if several materials share it.
 #[test]
 fn materials_within_others_are_found() {
     let scene = scene(
@@ -23,7 +23,7 @@ fn materials_within_others_are_found() {
     );
     let wall = Quantity::find(&scene, "wall.roughness").unwrap();
     assert_eq!(Quantity::find(&scene, "coat.roughness").unwrap(), wall);
-    // All that is painted changes its colour.
+    // All painted surfaces change their colour.
     let parameters = Parameters::new(&scene, &["paint.reflectance"]).unwrap();
     let painted: Vec<usize> = parameters.groups()[0]
         .members()

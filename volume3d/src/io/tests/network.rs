@@ -63,7 +63,7 @@ fn single_precision_is_read() {
         Architecture { hidden: 1, width: 1, sharpness: 100.0, frequencies: 0 }
     );
     assert_eq!(network.parameters(), [1.0, 2.0, 3.0, -1.0, 4.0, 0.5]);
-    // e^{−500} is nothing beside 5.
+    // e^{−500} is negligible compared with 5.
     assert_eq!(network.jet(DVec3::ONE).value, 20.5);
 }
 
@@ -176,7 +176,7 @@ fn errors_say_what_is_wrong() {
     begins(&bytes(&[1, 0, 0, 0, 0, 0, 0, 0, b'{']), "a: cannot understand the header: ");
 }
 
-/// Offsets that are right among themselves, and whose sum no file has.
+/// Offsets that are consistent, but exceed the size of any file in sum.
 #[test]
 fn sizes_near_the_largest_are_refused() {
     let tensor = (1_u64 << 61) - 1;

@@ -73,7 +73,7 @@ fn images_are_arrays() {
 
 #[test]
 fn errors() {
-    // The dictionary and how many bytes follow.
+    // The dictionary, and the number of bytes that follow.
     let unread = "cannot understand the header: expected";
     let shown = |text: String| text.replace("a.npy: ", "").replace(unread, "EXPECTED");
     check_table(

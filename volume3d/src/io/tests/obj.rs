@@ -60,8 +60,8 @@ fn what_has_no_surface_is_skipped() {
     assert_eq!(read(text).unwrap().triangles(), [[0, 1, 2]]);
 }
 
-/// Corners without texture coordinates are at (0, 0), whatever is done to the others, and those without
-/// normals have their triangle's: of whole faces, and of some corners of a face. A note says so.
+/// Corners without texture coordinates are at (0, 0), unaffected by flips, and corners without normals have
+/// those of their triangle: for whole faces and for some corners of a face. A note says so.
 #[test]
 fn faces_without_texture_coordinates_or_normals() {
     let parsed = |text: &str| {

@@ -59,7 +59,7 @@ fn binary_of_both_byte_orders() {
         let mesh = read(&bytes).unwrap();
         assert_eq!(mesh.positions()[2], 1.5 * DVec3::Y, "{name}");
         assert_eq!(mesh.triangles(), [[0, 1, 2]], "{name}");
-        // A line break at the end is forgiven, anything else is not.
+        // A line break at the end is accepted, anything else is not.
         bytes.push(b'\n');
         read(&bytes).unwrap();
         bytes.push(7);
@@ -123,7 +123,7 @@ fn written_meshes_are_read_again() {
     assert_eq!(load_mesh(&path).unwrap().positions(), [DVec3::X]);
 }
 
-/// What a text is refused with, of which `|` ends the lines, and some stand for more.
+/// The error for a text in which `|` separates lines and words in capitals are abbreviations.
 fn refused(text: &str) -> String {
     let texts =
         [("START", "ply|format ascii 1.0"), ("VERTEX", "element vertex 3"), ("CORNERS", "0 0 0|1 0 0|0 1 0")];
@@ -218,8 +218,8 @@ CORNERS|3 0 1 2|3 0 1 2
     assert_eq!(message(read(&bytes)), "m.ply, face 0: the face refers to vertex 9, but there are 3 so far");
 }
 
-/// Texture coordinates of vertices under each of their names; u and v go before s and t, and these before the
-/// rest.
+/// Texture coordinates of vertices under each of their names; u and v precede s and t, which precede the
+/// others.
 #[test]
 fn texture_coordinates_of_vertices() {
     let cases = [
@@ -240,7 +240,7 @@ fn texture_coordinates_of_vertices() {
         let uvs = mesh.uvs().unwrap();
         assert_eq!((uvs.values[0], &uvs.triangles), (DVec2::from_array(first), &vec![[0, 1, 2]]), "{names}");
     }
-    // One of a pair is something else.
+    // One name of a pair is another property.
     let text = format!(
         "ply\nformat ascii 1.0\nelement vertex 3\n{XYZ}property float t\nelement face 1\n{FACES}end_header\n\
          0 0 0 7\n1 0 0 8\n0 1 0 9\n3 0 1 2\n"
@@ -252,8 +252,8 @@ fn texture_coordinates_of_vertices() {
     );
 }
 
-/// MeshLab gives texture coordinates to the corners of faces: before or after their indices, to some faces or
-/// to none, to triangles or to polygons. They go before those of vertices.
+/// MeshLab writes texture coordinates of the corners of faces: before or after their indices, for some faces
+/// or none, for triangles or polygons. They take precedence over those of vertices.
 #[test]
 fn texture_coordinates_of_faces() {
     let list = "property list uchar float texcoord\n";
@@ -268,7 +268,7 @@ fn texture_coordinates_of_faces() {
     };
     let parse =
         |order: &str, faces: &str| crate::io::ply::parse(text(order, faces).as_bytes(), here("m.ply"));
-    // A pentagon with a dent at its last corner is no fan around its first.
+    // A pentagon with a dent at its last corner is not a fan around its first.
     let dent = "5 0 1 2 3 4";
     let wedges = "10 0 0 1 0 1 1 0 1 .5 .5";
     for (order, faces) in [
@@ -294,7 +294,7 @@ fn texture_coordinates_of_faces() {
     assert_eq!((uvs.triangles[1], uvs.values[3]), ([3; 3], DVec2::ZERO));
     let soup = parse("FTN", "3 0 1 2 6 0 0 1 0 0 1 0\n3 0 2 3 6 0 0 1 0 0 1 1\n").unwrap();
     assert!(soup.notes.iter().any(|note| note.contains("several textures by texnumber")), "{:?}", soup.notes);
-    // Of no face: those of vertices.
+    // If no face has coordinates, those of vertices count.
     let soup = parse("FT", "3 0 1 2 0\n3 0 2 3 0\n").unwrap();
     assert_eq!(soup.uvs.unwrap().values, [DVec2::splat(7.0); 5]);
     let error = message(parse("FT", "3 0 1 2 4 0 0 1 0\n3 0 2 3 0\n"));
@@ -302,7 +302,7 @@ fn texture_coordinates_of_faces() {
     assert_eq!(error, expected);
 }
 
-/// Four billion elements of which the file has nothing must not take memory or time.
+/// A header with four billion elements and no data must not take memory or time.
 #[test]
 fn counts_without_data_are_harmless() {
     let text = format!(

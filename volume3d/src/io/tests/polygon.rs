@@ -1,4 +1,4 @@
-//! Polygons of OBJ and PLY files with dents, holes and crossings.
+//! Polygons with dents, holes and self-intersections in OBJ and PLY files.
 
 use glam::DVec3;
 
@@ -22,7 +22,7 @@ fn ply(points: &[[f64; 3]]) -> Mesh {
     read_ply(text.as_bytes(), here("m.ply")).unwrap()
 }
 
-/// The sum of the areas, and the sum of the areas with their directions.
+/// The sum of the areas, and the sum of the area vectors.
 fn areas(mesh: &Mesh) -> (f64, DVec3) {
     let vectors = mesh.triangles().iter().map(|t| {
         let [a, b, c] = t.map(|i| mesh.positions()[i as usize]);
@@ -31,7 +31,7 @@ fn areas(mesh: &Mesh) -> (f64, DVec3) {
     vectors.fold((0.0, DVec3::ZERO), |(sum, whole), v| (sum + v.length(), whole + v))
 }
 
-/// A star of that many tips, with its first corner at a tip or in a dent.
+/// A star with its first corner at a tip or in a dent.
 fn star(tips: u32, first: u32) -> Vec<[f64; 2]> {
     let corner = |k: u32| {
         let (angle, r) = (std::f64::consts::PI * f64::from(k) / f64::from(tips), [1.0, 0.3][k as usize % 2]);
@@ -40,8 +40,8 @@ fn star(tips: u32, first: u32) -> Vec<[f64; 2]> {
     (0..2 * tips).map(|k| corner(k + first)).collect()
 }
 
-/// Triangles that are all turned as the polygon is, and whose areas are its area in sum, cover it once. Of
-/// a fan the areas are more wherever a dent is not around the first corner: `fan` says where.
+/// Triangles that are all oriented like the polygon, and whose areas sum to its area, cover it once. The
+/// areas of a fan sum to more if a dent is not around the first corner, as `fan` says.
 #[test]
 fn polygons_with_dents_are_covered_once() {
     let dart = |k: usize| -> Vec<[f64; 2]> {
@@ -49,7 +49,7 @@ fn polygons_with_dents_are_covered_once() {
         (0..4).map(|i| corners[(i + k) % 4]).collect()
     };
     let square = [[0.0, 0.0], [3.0, 0.0], [3.0, 3.0], [0.0, 3.0]];
-    // Its hole is joined by an edge in both directions.
+    // The hole is joined by an edge in both directions.
     let mut hole = square.to_vec();
     hole.extend([[0.0, 0.0], [1.0, 1.0], [1.0, 2.0], [2.0, 2.0], [2.0, 1.0], [1.0, 1.0]]);
     let comb: Vec<[f64; 2]> = (0..12)
@@ -115,7 +115,7 @@ fn what_is_said_of_polygons_and_materials() {
     assert_eq!(notes(&format!("{square}usemtl a\nf 1 2 3\nusemtl a\nf 1 3 4\nusemtl unused\n")), "");
     let two = notes(&format!("{square}usemtl a\nf 1 2 3\nusemtl b c\nf 1 3 4\n"));
     assert!(two.contains("several materials by usemtl (\"a\", \"b c\"), which are ignored"), "{two}");
-    // Six digits are flat, a tenth is not.
+    // Deviations in the sixth digit count as flat, a tenth does not.
     let bent = |z: &str| notes(&format!("v 0 0 0\nv 1 0 0\nv 1 1 {z}\nv 0 1 0\nf 1 2 3 4\n"));
     assert_eq!(bent("0.000002"), "");
     assert!(
@@ -135,7 +135,7 @@ fn points_alone_are_refused() {
     assert_eq!(points, "m.obj: there are no faces, only 3 vertices: nothing would be seen");
     let header = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n\
                   element face 0\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n";
-    // A mesh that is announced to have none is one of none, with a note.
+    // A mesh whose header says 0 elements is empty, with a note.
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("m.ply");
     std::fs::write(&path, header).unwrap();

@@ -1,4 +1,4 @@
-//! Scenes that are understood: every plugin once.
+//! Supported scenes: every plugin once.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 use std::io::{Error as IoError, ErrorKind};
@@ -14,7 +14,7 @@ use crate::scene::{
     Bsdf, Crop, Description, Environment, Filter, Integrator, Lens, Light, Material, Reflectance, Wrap,
 };
 
-/// Files that the scenes of the tests name.
+/// The files that test scenes refer to.
 pub(super) fn open(path: &Path) -> std::io::Result<Vec<u8>> {
     const QUAD: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 .25\nf 1/1 2/1 3/2\nf 1/1 3/2 4/1\n";
     const PLY: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
@@ -93,7 +93,7 @@ fn defaults_are_those_of_mitsuba() {
     assert_eq!(scene.integrator, Integrator { max_depth: None, rr_depth: 5 });
     assert_eq!((scene.film.width, scene.film.height, scene.samples), (768, 576, 4));
     assert_eq!(scene.film.filter, Filter::Gaussian { deviation: 0.5 });
-    // 50 mm: half the diagonal of 36 mm × 24 mm over 50 mm, of which 4/5 are horizontal at 4:3.
+    // 50 mm: half the diagonal of 36 mm × 24 mm divided by 50 mm, times 4/5 horizontally at 4:3.
     let tangent = 0.5 * 36.0_f64.hypot(24.0) / 50.0 * 0.8;
     assert!((scene.camera.field_of_view - 2.0 * tangent.atan()).abs() < 1e-14);
     assert_eq!(scene.camera.right, DVec3::NEG_X);
@@ -108,7 +108,7 @@ fn lenses() {
     let lens = |body: &str| sensor(body).unwrap().camera.lens;
     let of = |focus_distance| Some(Lens { radius: 0.25, focus_distance });
     assert_eq!(lens(&format!("{radius}<float name='focus_distance' value='3'/>")), of(3.0));
-    // At the far clipping plane, unless told.
+    // By default at the far clipping plane.
     assert_eq!(lens(radius), of(1e4));
     assert_eq!(lens(&format!("{radius}<float name='far_clip' value='50'/>")), of(50.0));
     assert_eq!(lens("<float name='aperture_radius' value='0'/>"), None);
@@ -176,8 +176,8 @@ fn fields_of_view() {
         let camera = camera(&format!("{film}{flat}<string name='fov_axis' value='{axis}'/>")).camera;
         assert!(((0.5 * camera.field_of_view).tan() - expected).abs() < 1e-12, "{axis}");
     }
-    // Mitsuba shows at (u, v) what a centred camera shows at (u, v) + offset: the axis is at the middle less
-    // the offset.
+    // Mitsuba shows at (u, v) what a centred camera shows at (u, v) + offset: the principal point is the
+    // centre minus the offset.
     let offset = "<float name='principal_point_offset_x' value='0.1'/><float name='principal_point_offset_y' value='-0.2'/>";
     assert_eq!(camera(offset).camera.principal_point, DVec2::new(-0.1, 0.2));
     let long = camera(&format!("{film}<string name='focal_length' value='100 mm'/>")).camera.field_of_view;

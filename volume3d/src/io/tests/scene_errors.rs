@@ -1,16 +1,16 @@
-//! Scenes that are refused, each with the message that says where and what to do.
+//! Refused scenes, each with a message that names the place and a remedy.
 
 use super::scene::{open, read, with};
 use super::{check_messages, check_table, here, message};
 use crate::io::read_scene;
 
-/// The message for a scene with the simplest camera, whose place is left out if it is the line after it.
+/// The message for a scene with the simplest camera, without the place if that is the expected line.
 fn case(body: &str) -> String {
     let text = message(with(&format!("\n{body}")));
     text.strip_prefix("dir/s.xml:2:1: ").map(str::to_owned).unwrap_or(text)
 }
 
-/// The same for what a camera consists of.
+/// The message for the content of a camera.
 fn sensor(body: &str) -> String {
     let text = format!("<scene version='3.0.0'><sensor type='perspective'>\n{body}</sensor></scene>");
     message(read(&text)).replace("dir/s.xml:2:1: ", "")
@@ -81,8 +81,8 @@ text
     assert!(case(&deep).ends_with("more than 64 levels of elements"));
 }
 
-/// A file that includes itself is named where it does so, after the files that lead there; a file that is
-/// included twice side by side is no cycle.
+/// A file that includes itself is named at that place, after the files that lead there; a file that is
+/// included twice in a row is not a cycle.
 #[test]
 fn cyclic_includes() {
     check_table(

@@ -9,7 +9,7 @@ use crate::geometry::{Normals, TOLERANCE};
 use crate::io::{Note, ReadOptions, read_scene_with};
 use crate::scene::{Bsdf, Description, Reflectance};
 
-/// A scene with the simplest camera, and what is noted of it.
+/// A scene with the simplest camera, and its notes.
 fn noted(body: &str, options: &ReadOptions) -> (Description, Vec<Note>) {
     let text = format!("<scene version='3.0.0'>{SENSOR}{body}</scene>");
     read_scene_with(text.as_bytes(), here("dir/s.xml"), options, &open).unwrap()
@@ -26,7 +26,7 @@ fn reflectance(scene: &Description) -> DVec3 {
     }
 }
 
-/// The same scene in version 0.5 and 3.
+/// A scene in versions 0.5 and 3.
 #[test]
 fn old_names() {
     let old = read(
@@ -70,7 +70,7 @@ fn search_folders_and_aliases() {
     assert_eq!(with(serialized).unwrap().shapes[0].mesh.positions()[0], 0.5 * DVec3::X);
 }
 
-/// Curved shapes are where the format has them, and noted.
+/// Curved shapes have the positions of the format, with a note.
 #[test]
 fn curved_shapes() {
     let (scene, notes) = noted(
@@ -106,7 +106,7 @@ fn curved_shapes() {
     const { assert!(TOLERANCE <= 1e-3) };
 }
 
-/// Halves of a checkerboard and their mean, and the direction of a translation.
+/// The halves of a checkerboard and their mean, and the direction of a translation.
 #[test]
 fn checkerboards() {
     let scene = with(
@@ -126,7 +126,7 @@ fn checkerboards() {
     assert!((at - DVec2::new(1.25, 2.0)).length() < 1e-12, "{at}");
 }
 
-/// A step becomes a ramp in the middle of which it was.
+/// A step becomes a ramp centred at it.
 #[test]
 fn nearest_texels() {
     let scene = with(
@@ -179,7 +179,7 @@ fn named_metals() {
     assert!((k - DVec3::new(3.983, 2.386, 1.603)).length() < 1e-3, "{k}");
 }
 
-/// Another size shows the same view: half the width at distance 1 is `fov`'s along its axis.
+/// Another film size shows the same view: half the width at distance 1 is that of `fov` along its axis.
 #[test]
 fn sizes() {
     let view = |axis: &str, size| {
@@ -202,7 +202,7 @@ fn sizes() {
 const TWO_WRONG: &str = "\n<bsdf type='velvet' id='m'><rgb name='reflectance' value='.1 .2 .3'/></bsdf>\n<shape \
     type='cube'><ref id='m'/></shape>\n<integrator type='depth'/>";
 
-/// All that is refused, each once.
+/// All errors are reported, each once.
 #[test]
 fn several_problems() {
     let text = message(with(TWO_WRONG));
@@ -213,7 +213,7 @@ fn several_problems() {
     assert!(lines[2].starts_with("  dir/s.xml:2:1: bsdf \"velvet\" is not supported"), "{text}");
 }
 
-/// Leniently the diffuse part stays, and every replacement is noted.
+/// In lenient mode the diffuse part remains, and every replacement is noted.
 #[test]
 fn lenient_reading() {
     let (scene, notes) = noted(TWO_WRONG, &lenient());
@@ -225,7 +225,7 @@ fn lenient_reading() {
     assert_eq!((scene.shapes.len(), scene.lights.len(), notes.len()), (1, 0, 2), "{notes:?}");
 }
 
-/// The image of an integrator within another is that of the one within.
+/// The image of a nested integrator is rendered.
 #[test]
 fn integrators_around_others() {
     let scene = with(

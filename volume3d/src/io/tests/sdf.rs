@@ -6,7 +6,7 @@ use super::{check_messages, here, message};
 use crate::io::{parse_sdf, read_sdf, write_sdf};
 use crate::sdf::{Grid, Interpolation};
 
-/// Everything in it is exact in single precision.
+/// A grid whose numbers are exact in single precision.
 fn grid() -> Grid {
     let nodes = (0..24).map(|i| f64::from(i) / 8.0 - 1.0).collect();
     let (low, spacing) = (DVec3::new(-1.0, 0.5, 2.0), DVec3::new(0.5, 0.25, 2.0));

@@ -16,7 +16,7 @@ const FACE_NORMALS: u32 = 16;
 const SINGLE: u32 = 0x1000;
 const DOUBLE: u32 = 0x2000;
 
-/// One triangle with a corner at `x`, with a last index of `last`.
+/// One triangle with a corner at `x` and the last index `last`.
 fn mesh(version: u16, flags: u32, x: f64, last: u32) -> Vec<u8> {
     let mut data = flags.to_le_bytes().to_vec();
     if version == 4 {

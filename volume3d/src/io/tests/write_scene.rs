@@ -1,4 +1,4 @@
-//! What is written is read again.
+//! Written scenes are read again.
 
 use flatland::sdf::shapes::Ball;
 use glam::{DAffine2, DAffine3, DMat3, DVec2, DVec3};
@@ -13,8 +13,7 @@ use crate::scene::{
 use crate::sdf::network::{Architecture, Network};
 use crate::sdf::{Baked, Grid, Interpolation};
 
-/// A square of two triangles whose diagonal is a crease of computed normals and whose texture is torn
-/// elsewhere.
+/// A square of two triangles whose diagonal is a crease of computed normals, with a texture seam elsewhere.
 fn creased(uvs: bool) -> Mesh {
     let positions = vec![DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, 0.3), DVec3::Y, DVec3::splat(7.0 / 3.0)];
     let mesh = Mesh::new(positions, vec![[0, 1, 2], [0, 2, 3]]).unwrap();
@@ -42,7 +41,7 @@ fn meshes() -> Vec<Mesh> {
     ]
 }
 
-/// One of each, with whether it is two-sided.
+/// One material of each kind, with whether it is two-sided.
 fn transparent_and_coated() -> Vec<(Bsdf, bool)> {
     let facets = Some(Roughness::new(Microfacets::Ggx, 0.3));
     let stretched = Roughness { distribution: Microfacets::Ggx, alpha: 0.25, stretch: 2.0 };
@@ -187,7 +186,7 @@ fn description() -> Description {
     d
 }
 
-/// What each corner of each triangle has: its place, its shading normal and its texture coordinates.
+/// The position, shading normal and texture coordinates of each corner of each triangle.
 fn corners(mesh: &Mesh) -> Vec<(DVec3, DVec3, Option<DVec2>)> {
     let camera = Camera::look_at(DVec3::ZERO, DVec3::X, DVec3::Y, 0.7);
     let film = Film { width: 1, height: 1, crop: None, sample_border: true, filter: Filter::Box };
@@ -254,7 +253,7 @@ fn scenes_come_back() {
         assert_eq!(before.materials[a.material].id, after.materials[b.material].id);
         assert_eq!(corners(&a.mesh), corners(&b.mesh), "{}", a.id);
     }
-    // What the format says twice is written twice to the same end.
+    // The scene that was read can be written and read again.
     write_scene(&path, &Scene::new(after.clone()).unwrap()).unwrap();
     let twice = load_scene(&path).unwrap();
     assert!(Description { camera: after.camera.clone(), ..twice } == after, "{path:?}");
@@ -270,7 +269,7 @@ fn names_that_two_things_have_are_told_apart() {
     d.shapes[0].id = "white".to_owned();
     d.shapes[1].id = "a\u{7}".to_owned();
     d.shapes[2].id = "a_".to_owned();
-    // The environment's texture is a material's as well.
+    // The environment and a material share a texture.
     *d.materials[1].bsdf.reflectance_mut() = Reflectance::Texture(1);
     write_scene(&path, &Scene::new(d.clone()).unwrap()).unwrap();
     let again = load_scene(&path).unwrap();
@@ -295,7 +294,7 @@ fn meshes_come_back_from_obj() {
     }
 }
 
-/// Grids have their own file, a place and a way of interpolation; what is no grid is refused.
+/// Grids have their own file, a placement and an interpolation; other implicit surfaces are refused.
 #[test]
 fn implicit_surfaces_come_back() {
     let folder = tempfile::tempdir().unwrap();
@@ -340,7 +339,7 @@ fn a_folder_that_cannot_be_written_to_is_named() {
     assert!(error.contains("cannot make") && error.contains("file"), "{error}");
 }
 
-/// A factor on what a texture emits, for which the format has no place, goes into the texture.
+/// A factor on the emission of a texture, which the format does not have, goes into the texture.
 #[test]
 fn a_factor_on_a_textured_radiance_is_written() {
     let camera = Camera::look_at(DVec3::ZERO, DVec3::X, DVec3::Y, 0.7);
@@ -364,7 +363,7 @@ fn a_factor_on_a_textured_radiance_is_written() {
     assert_eq!(emitted, [DVec3::new(2.0, 0.0, 0.0), DVec3::new(1.0, 1.0, 8.0)]);
 }
 
-/// An orthographic sensor is written as one, and turns about the same place when it is read again.
+/// An orthographic sensor is written as one, and rotates about the same point when it is read again.
 #[test]
 fn orthographic_sensors_are_written() {
     let distance = 3e4;

@@ -2,6 +2,8 @@
 
 use std::num::NonZeroUsize;
 
+use super::super::fingerprint::Problem;
+use super::super::grid_steps::GridSteps;
 use super::super::objective::Reverse;
 use super::super::parts::{Part, Step, Task};
 use super::{Fit, FitError, STEP};
@@ -19,8 +21,8 @@ pub enum Told {
 
 impl Fit {
     /// Estimates each view of a step by the mean of so many independent estimates, each with all samples of
-    /// [`image_samples`](super::super::Objective::image_samples) and of the reverse method; 1 by default. More
-    /// chunks are more tasks. Results depend on their number, but not on where they are run.
+    /// [`image_samples`](super::super::Objective::image_samples) and of the reverse method; 1 by default.
+    /// More chunks are more tasks. Results depend on their number, but not on where they are run.
     #[must_use]
     pub fn in_chunks(mut self, chunks: NonZeroUsize) -> Self {
         (self.chunks, self.compared) = (chunks.get(), None);
@@ -31,9 +33,15 @@ impl Fit {
     ///
     /// With one chunk a step has one round. With more it has two: the images, and then the derivatives, whose
     /// adjoint is that of the mean image. A round that is asked for again, or after a
-    /// [resumption](Self::resumed), gives the same bits.
+    /// [resumption](Self::resumed), gives the same bits. Only workers of the same `problem` run the tasks; it
+    /// is that of the scene before the first step, of these parameters, and of the method of all steps.
     #[must_use]
-    pub fn ask(&self) -> Vec<Task> {
+    pub fn ask(&mut self, problem: Problem) -> Vec<Task> {
+        self.problem = Some(problem);
+        self.tasks()
+    }
+
+    fn tasks(&self) -> Vec<Task> {
         if self.is_done() { vec![] } else { self.current().tasks(self.compared.as_ref()) }
     }
 
@@ -72,7 +80,7 @@ impl Fit {
     ) -> Result<(), FitError> {
         while !self.is_done() {
             let run = |task: Task| task.run_at(scene, &self.objective, &self.parameters, reverse, progress);
-            let parts = self.ask().into_iter().map(run).collect::<Result<_, _>>()?;
+            let parts = self.tasks().into_iter().map(run).collect::<Result<_, _>>()?;
             if self.tell(scene, parts)? == Told::Step {
                 break;
             }
@@ -82,11 +90,19 @@ impl Fit {
 
     fn current(&self) -> Step<'_> {
         let t = self.steps_taken();
+        let views = self.views(t);
+        let fingerprint = |&v: &usize| *self.fingerprints[v].get_or_init(|| self.objective.fingerprint(v));
+        let changes = |steps: &GridSteps| steps.refinements(t) > 0 || steps.is_finishing(t);
+        let groups = self.parameters.groups().iter().zip(&self.optimizers);
+        let replaced = groups.filter(|(_, optimizer)| optimizer.grid.as_ref().is_some_and(changes));
         Step {
             objective: &self.objective,
             parameters: &self.parameters,
             x: &self.state.x,
-            views: self.views(t),
+            problem: self.problem,
+            fingerprints: views.iter().map(fingerprint).collect(),
+            views,
+            replaced: replaced.map(|(group, _)| group.name.clone()).collect(),
             seed: self.seed(&[STEP, t]),
             chunks: self.chunks,
             pace: Some((t, self.plan.steps)),

@@ -3,9 +3,13 @@
 use flatland::sdf::shapes::{Ball, Parametric as _};
 use glam::DVec3;
 
-use crate::gradient::{ActiveParameters, Progress, Tangent, WarpedArea, render};
+use crate::Image;
+use crate::gradient::{
+    ActiveParameters, Estimator, Gradient, GradientError, Progress, Tangent, WarpedArea, render,
+};
 use crate::optimize::{
-    Adam, Fit, FitError, GridSteps, Loss, Objective, Optimizer, Parameters, Penalty, Plan, Schedule, View,
+    Adam, Fit, FitError, GridSteps, Loss, Objective, Optimizer, Parameters, Penalty, Plan, Problem, Schedule,
+    TaskError, View,
 };
 use crate::scene::{Camera, Description, Environment, Film, Filter, Material, Scene};
 use crate::sdf::network::{Architecture, Network};
@@ -49,10 +53,17 @@ fn fit(scene: &Scene, target: &Scene, steps: u64, optimizer: Optimizer) -> Fit {
     Fit::new(parameters, x, objective, vec![optimizer], plan)
 }
 
+fn reverse(
+    scene: &Scene,
+    adjoint: &Image,
+    active: &ActiveParameters,
+    seed: u64,
+    progress: &Progress,
+) -> Result<Gradient, GradientError> {
+    WarpedArea { samples: 8, seed, ..WarpedArea::default() }.reverse(scene, adjoint, active, progress)
+}
+
 fn step(fit: &mut Fit, scene: &mut Scene) -> Result<(), FitError> {
-    let reverse = |scene: &Scene, adjoint: &_, active: &_, seed, progress: &_| {
-        WarpedArea { samples: 8, seed, ..WarpedArea::default() }.reverse(scene, adjoint, active, progress)
-    };
     fit.step(scene, &reverse, &Progress::none())
 }
 
@@ -117,6 +128,18 @@ fn a_network_grows_to_its_outline() {
         let resumed = begun(&again).resumed(states[at].clone(), &mut again);
         let mut resumed = resumed.expect("a state of this fit");
         resumed.apply(&mut again).expect("weights");
+        // Its tasks are refused elsewhere once the grid is finer, as nothing there would tell.
+        let problem = Problem::new(&network(), &resumed.parameters, &Estimator::default());
+        let task = resumed.ask(problem).swap_remove(0);
+        let found = task.run(
+            problem,
+            &mut network(),
+            (&resumed.objective, &resumed.parameters),
+            &reverse,
+            &Progress::none(),
+        );
+        let replaced = TaskError::Replaced { parameter: "shape.sdf".to_owned() };
+        assert_eq!(found.err(), (at >= 8).then_some(replaced));
         run(&mut resumed, &mut again).expect("a fit");
         assert!(resumed.state() == whole.state(), "{at}");
         assert!(again.description().implicits == first.description().implicits, "{at}");
@@ -169,7 +192,7 @@ fn gradients_reach_the_weights_of_a_network_itself() {
     let baked: Baked = network().description().implicits[0].surface.downcast().cloned().expect("a network");
     let scene = scene(Guided::new(baked));
     let method = WarpedArea { samples: 4, seed: 3, ..WarpedArea::default() };
-    let adjoint = crate::Image::constant(12, 12, DVec3::new(0.3, 0.5, 0.2));
+    let adjoint = Image::constant(12, 12, DVec3::new(0.3, 0.5, 0.2));
     let active = ActiveParameters::everything(&scene);
     let reverse = method.reverse(&scene, &adjoint, &active, &Progress::none()).expect("a gradient");
     let by_weights = &reverse.by_parameter.implicits[0].parameters;
@@ -186,7 +209,7 @@ fn gradients_reach_the_weights_of_a_network_itself() {
 fn gradients_reach_the_weights() {
     let scene = network();
     let method = WarpedArea { samples: 4, seed: 3, ..WarpedArea::default() };
-    let adjoint = crate::Image::constant(12, 12, DVec3::new(0.3, 0.5, 0.2));
+    let adjoint = Image::constant(12, 12, DVec3::new(0.3, 0.5, 0.2));
     let active = ActiveParameters::everything(&scene);
     let reverse = method.reverse(&scene, &adjoint, &active, &Progress::none()).expect("a gradient");
     let by_weights = &reverse.by_parameter.implicits[0].parameters;

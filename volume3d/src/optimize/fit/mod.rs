@@ -16,6 +16,7 @@ mod surface;
 mod tests;
 
 use std::ops::Range;
+use std::sync::OnceLock;
 use std::time::Instant;
 
 use flatland::random::stream;
@@ -27,6 +28,7 @@ pub use self::error::FitError;
 pub use self::optimizer::Optimizer;
 pub use self::record::{Record, Times};
 use super::adam::Adam;
+use super::fingerprint::Problem;
 use super::large_steps::LargeSteps;
 use super::objective::{Evaluation, Objective, ObjectiveError, Reverse};
 use super::parameters::Parameters;
@@ -79,6 +81,10 @@ pub struct Fit {
     chunks: usize,
     /// What the first round of the current step found, if its second round is due.
     compared: Option<Compared>,
+    /// What identifies the tasks that were asked for.
+    problem: Option<Problem>,
+    /// Fingerprint of each view, once needed.
+    fingerprints: Vec<OnceLock<u32>>,
 }
 
 /// Divergence threshold: the fit ends when the loss is this many times that of the first step.
@@ -113,6 +119,7 @@ impl Fit {
         let adams = optimizers.iter().map(|o| o.adam.clone()).collect();
         let state = State { x, adams, records: vec![], mean: vec![] };
         let times = Times::default();
+        let fingerprints = vec![OnceLock::new(); objective.views.len()];
         Self {
             objective,
             parameters,
@@ -123,6 +130,8 @@ impl Fit {
             times,
             chunks: 1,
             compared: None,
+            problem: None,
+            fingerprints,
         }
     }
 

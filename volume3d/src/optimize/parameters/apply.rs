@@ -17,8 +17,8 @@ impl Parameters {
     ///
     /// - `Parameters` if x has another length,
     /// - `OtherScene` if the scene has other objects or another topology,
-    /// - `Parameter` if a number is not finite, or outside of both [`Quantity::default_bounds`] and the bounds of
-    ///   its group, and
+    /// - `Parameter` if a number is not finite, or outside of both [`Quantity::default_bounds`] and the
+    ///   bounds of its group, and
     /// - those of the scene's updates, such as `Inside` if the camera would be inside an implicit surface.
     pub fn apply(&self, x: &[f64], scene: &mut Scene) -> Result<(), SceneError> {
         self.check(x, scene)?;

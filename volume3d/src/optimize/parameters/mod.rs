@@ -75,7 +75,8 @@ impl Group {
 /// # fn f(scene: &mut Scene, adjoint: &volume3d::Image) -> Result<(), Box<dyn std::error::Error>> {
 /// let parameters = Parameters::new(scene, &["bunny.translation", "bunny.rotation"])?;
 /// let mut x = parameters.values(scene);
-/// let gradient = Estimator::default().reverse(scene, adjoint, &parameters.active(scene), &Progress::none())?;
+/// let active = parameters.active(scene);
+/// let gradient = Estimator::default().reverse(scene, adjoint, &active, &Progress::none())?;
 /// let gradient = parameters.gradient(scene, &x, &gradient.by_parameter);
 /// let step = Adam::new(0.01).step(&gradient);
 /// parameters.retract(&mut x, &step);
@@ -92,8 +93,8 @@ pub struct Parameters {
 }
 
 impl Parameters {
-    /// The names of all parameters of a scene, sorted. Names of components, such as `bunny.translation.x`, are
-    /// not listed.
+    /// The names of all parameters of a scene, sorted. Names of components, such as `bunny.translation.x`,
+    /// are not listed.
     #[must_use]
     pub fn names(scene: &Scene) -> Vec<String> {
         Quantity::names(scene)
