@@ -14,9 +14,10 @@ use volume3d::scene::{
 };
 
 use crate::arrays::{Array, array_to_image, numbers, vectors};
+use crate::camera::Camera;
 use crate::errors;
 use crate::run::run;
-use crate::scene::{LookAt, Scene};
+use crate::scene::Scene;
 
 /// A scene that is being described.
 #[pyclass(frozen, module = "volume3d._core")]
@@ -33,11 +34,11 @@ impl Builder {
 #[pymethods]
 impl Builder {
     #[new]
-    fn new(look_at: LookAt, size: (usize, usize), max_depth: Option<usize>) -> Self {
+    fn new(camera: &Camera, size: (usize, usize), max_depth: Option<usize>) -> Self {
         let (width, height) = size;
         let filter = Filter::Tent { radius: 1.0 };
         let film = Film { width, height, crop: None, sample_border: true, filter };
-        let mut description = Description::new(look_at.camera(), film);
+        let mut description = Description::new(camera.core.clone(), film);
         description.integrator = Integrator { max_depth, ..Integrator::default() };
         Self { description: Mutex::new(description) }
     }

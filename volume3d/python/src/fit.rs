@@ -1,25 +1,29 @@
 //! Fits.
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::num::NonZeroUsize;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use numpy::PyArray1;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::pybacked::PyBackedBytes;
 use pyo3::types::PyBytes;
 use volume3d::Image;
 use volume3d::gradient::{ActiveParameters, Estimator, Gradient, GradientError, Progress};
 use volume3d::optimize::{
-    Adam, Fit as Core, FitError as FitProblem, LargeSteps, Loss, Objective, Optimizer, Penalty, Plan,
-    Quantity, Regularizer, Schedule, View, decode_state, encode_state,
+    Adam, Fit as Core, FitError as FitProblem, GridSteps, LargeSteps, Loss, Objective, Optimizer,
+    Parameters as CoreParameters, Part, Penalty, Plan, Problem, Quantity, Regularizer, Schedule, Task, Told,
+    View, decode_state, encode_state,
 };
 use volume3d::scene::{Film, Scene as CoreScene};
 
 use crate::arrays::{Array, array_to_image, numbers, to_array};
+use crate::camera::Camera;
 use crate::errors::FitError;
 use crate::estimate::Method;
 use crate::parameters::Parameters;
 use crate::run::run;
-use crate::scene::{LookAt, Scene};
+use crate::scene::Scene;
 
 /// A fit and the scene that it changes.
 #[pyclass(frozen, module = "volume3d._core")]
@@ -31,11 +35,15 @@ struct Inner {
     fit: Core,
     scene: CoreScene,
     estimator: Estimator,
+    /// The scene with which the fit began.
+    start: Arc<CoreScene>,
+    /// What identifies the fit's tasks, once needed.
+    problem: Option<Problem>,
 }
 
 /// Name, camera, picture and weights of a view.
 #[derive(FromPyObject)]
-pub(crate) struct ViewArrays<'py>(String, Option<LookAt>, Array<'py>, Option<Array<'py>>);
+pub(crate) struct ViewArrays<'py>(String, Option<Py<Camera>>, Array<'py>, Option<Array<'py>>);
 
 /// Rate, β₁, β₂, whether all numbers share one second moment, and λ of large steps.
 #[derive(FromPyObject)]
@@ -65,17 +73,17 @@ impl Fit {
         optimizers: Vec<AdamSettings>,
         penalties: Vec<Term>,
         plan: (u64, String, f64, usize, u64),
-        samples: (usize, Option<usize>),
+        samples: (usize, Option<usize>, NonZeroUsize),
         method: Method,
     ) -> PyResult<Self> {
-        let scene = (*scene.core).clone();
+        let (start, scene) = (scene.core.clone(), (*scene.core).clone());
         let parameters = parameters.core.clone();
         let views = views.into_iter().map(|v| view(v, &scene)).collect::<PyResult<Vec<_>>>()?;
         let optimizers = optimizers.into_iter().zip(parameters.groups());
         let optimizers = optimizers.map(|(settings, group)| optimizer(&settings, group.quantity, &scene));
         let optimizers = optimizers.collect::<PyResult<Vec<_>>>()?;
         let penalties = penalties.into_iter().map(|term| penalty(&term, &scene)).collect::<PyResult<_>>()?;
-        let (image_samples, pixels) = samples;
+        let (image_samples, pixels, chunks) = samples;
         let loss = match (loss.0.as_str(), loss.1) {
             ("l2", _) => Loss::L2,
             ("l1", _) => Loss::L1,
@@ -99,9 +107,9 @@ impl Fit {
             }
         };
         let plan = Plan { steps, schedule, views_per_step, seed };
-        let fit = Core::new(parameters, numbers(&x)?.to_vec(), objective, optimizers, plan);
+        let fit = Core::new(parameters, numbers(&x)?.to_vec(), objective, optimizers, plan).in_chunks(chunks);
         let estimator = method.estimator()?;
-        let mut inner = Inner { fit, scene, estimator };
+        let mut inner = Inner { fit, scene, estimator, start, problem: None };
         run(py, None, |progress| inner.choose(progress))?.map_err(error)?;
         Ok(Self { inner: Mutex::new(inner) })
     }
@@ -109,18 +117,47 @@ impl Fit {
     /// Takes one step; false once all steps are taken.
     fn step(&self, py: Python<'_>) -> PyResult<bool> {
         run(py, None, |progress| {
-            let Inner { fit, scene, estimator } = &mut *self.lock();
+            let Inner { fit, scene, estimator, .. } = &mut *self.lock();
             if fit.is_done() {
                 return Ok(false);
             }
-            let reverse =
-                |scene: &CoreScene, adjoint: &Image, active: &ActiveParameters, seed, progress: &Progress| {
-                    estimator.with_seed(seed).reverse(scene, adjoint, active, progress)
-                };
-            let reverse: &dyn Fn(&_, &_, &_, u64, &_) -> Result<Gradient, GradientError> = &reverse;
-            fit.step(scene, reverse, progress).map(|()| true)
+            fit.step(scene, &reverse(estimator), progress).map(|()| true)
         })?
         .map_err(error)
+    }
+
+    /// The tasks of the current round of a step, for [`Worker::run`]; none once all steps are taken.
+    fn ask<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyBytes>>> {
+        let encode = |task| postcard::to_stdvec(&task).map_err(|error| error.to_string());
+        let tasks = run(py, None, |_| {
+            let mut inner = self.lock();
+            let problem = inner.problem();
+            inner.fit.ask(problem).into_iter().map(encode).collect::<Result<Vec<Vec<u8>>, _>>()
+        })?;
+        Ok(tasks.map_err(error)?.iter().map(|task| PyBytes::new(py, task)).collect())
+    }
+
+    /// Receives the parts of all tasks of a round, in any order; true once the step is taken.
+    fn tell(&self, py: Python<'_>, parts: Vec<PyBackedBytes>) -> PyResult<bool> {
+        run(py, None, |_| {
+            let decode = |part: &PyBackedBytes| postcard::from_bytes(part);
+            let parts = parts.iter().map(decode).collect::<Result<Vec<Part>, _>>();
+            let parts = parts.map_err(|error| format!("a part of a step is damaged: {error}"))?;
+            let Inner { fit, scene, .. } = &mut *self.lock();
+            fit.tell(scene, parts).map(|told| told == Told::Step).map_err(|error| error.to_string())
+        })?
+        .map_err(error)
+    }
+
+    /// What runs the tasks of this fit.
+    fn worker(&self, py: Python<'_>) -> PyResult<Worker> {
+        run(py, None, |_| {
+            let mut inner = self.lock();
+            let problem = inner.problem();
+            let Inner { fit, scene, estimator, .. } = &*inner;
+            let (objective, parameters) = (fit.objective().clone(), fit.parameters().clone());
+            Worker { objective, parameters, scene: scene.clone(), estimator: estimator.clone(), problem }
+        })
     }
 
     /// Steps taken so far.
@@ -174,14 +211,54 @@ impl Fit {
     }
 }
 
+/// Runs tasks of a fit, several at once.
+#[pyclass(frozen, module = "volume3d._core")]
+pub(crate) struct Worker {
+    objective: Objective,
+    parameters: CoreParameters,
+    scene: CoreScene,
+    estimator: Estimator,
+    problem: Problem,
+}
+
+#[pymethods]
+impl Worker {
+    /// The part of a task.
+    fn run<'py>(&self, py: Python<'py>, task: PyBackedBytes) -> PyResult<Bound<'py, PyBytes>> {
+        let part = run(py, None, |progress| {
+            let task: Task =
+                postcard::from_bytes(&task).map_err(|error| format!("the task is damaged: {error}"))?;
+            let (mut scene, reverse) = (self.scene.clone(), reverse(&self.estimator));
+            let with = (&self.objective, &self.parameters);
+            let part = task.run(self.problem, &mut scene, with, &reverse, progress);
+            postcard::to_stdvec(&part.map_err(|error| error.to_string())?).map_err(|error| error.to_string())
+        })?;
+        Ok(PyBytes::new(py, &part.map_err(error)?))
+    }
+}
+
+/// The derivative of a step, with the seed of the step.
+fn reverse(
+    estimator: &Estimator,
+) -> impl Fn(&CoreScene, &Image, &ActiveParameters, u64, &Progress) -> Result<Gradient, GradientError> {
+    |scene, adjoint, active, seed, progress| {
+        estimator.with_seed(seed).reverse(scene, adjoint, active, progress)
+    }
+}
+
 impl Inner {
     /// Lets a pilot choose the method of all steps, if there is one.
     fn choose(&mut self, progress: &Progress) -> Result<(), FitProblem> {
-        let Self { fit, scene, estimator } = self;
+        let Self { fit, scene, estimator, .. } = self;
         if let Estimator::Auto(pilot) = estimator {
             *estimator = fit.choose(pilot, scene, progress, || {})?.method.into();
         }
         Ok(())
+    }
+
+    fn problem(&mut self) -> Problem {
+        let Self { fit, start, estimator, problem, .. } = self;
+        *problem.get_or_insert_with(|| Problem::new(start, fit.parameters(), estimator))
     }
 }
 
@@ -190,29 +267,35 @@ fn error(error: impl std::fmt::Display) -> PyErr {
 }
 
 fn view(view: ViewArrays<'_>, scene: &CoreScene) -> PyResult<View> {
-    let ViewArrays(name, look_at, target, weights) = view;
+    let ViewArrays(name, camera, target, weights) = view;
     let target = array_to_image(&target, &format!("the picture of view `{name}`"))?;
     let weights =
         weights.map(|w| array_to_image(&w, &format!("the weights of view `{name}`"))).transpose()?;
     let Image { width, height, .. } = target;
     let film = Film { width, height, crop: None, ..scene.description().film };
-    let camera = look_at.map(LookAt::camera);
+    let camera = camera.map(|camera| camera.get().core.clone());
     Ok(View { name, camera, film, target, weights, mask: None })
 }
 
 fn optimizer(settings: &AdamSettings, quantity: Quantity, scene: &CoreScene) -> PyResult<Optimizer> {
     let &AdamSettings(rate, beta1, beta2, uniform, lambda) = settings;
     let mut adam = Adam::new(rate);
-    (adam.beta1, adam.beta2, adam.uniform) = (beta1, beta2, uniform || lambda.is_some());
-    let large_steps = match (lambda, quantity) {
-        (None, _) => None,
-        (Some(lambda), Quantity::VertexPositions { shape }) => {
+    (adam.beta1, adam.beta2, adam.uniform) = (beta1, beta2, uniform);
+    let Some(lambda) = lambda else { return Ok(adam.into()) };
+    match quantity {
+        Quantity::VertexPositions { shape } => {
+            adam.uniform = true;
             let mesh = &scene.description().shapes[shape].mesh;
-            Some(LargeSteps::new(mesh, lambda).map_err(error)?)
+            let large_steps = Some(LargeSteps::new(mesh, lambda).map_err(error)?);
+            Ok(Optimizer { large_steps, ..adam.into() })
         }
-        (Some(_), _) => return Err(error("large steps are for vertex positions")),
-    };
-    Ok(Optimizer { large_steps, ..adam.into() })
+        Quantity::Sdf { .. } if lambda.is_finite() && lambda >= 0.0 => {
+            let grid = Some(GridSteps { smoothing: lambda, redistance: true, ..GridSteps::default() });
+            Ok(Optimizer { grid, ..adam.into() })
+        }
+        Quantity::Sdf { .. } => Err(error(format!("λ of large steps must be at least 0, not {lambda}"))),
+        _ => Err(error("large steps are for vertex positions and SDF grids")),
+    }
 }
 
 fn penalty(term: &Term, scene: &CoreScene) -> PyResult<Penalty> {

@@ -6,6 +6,7 @@
 
 mod arrays;
 mod builder;
+mod camera;
 mod errors;
 mod estimate;
 mod fit;
@@ -13,6 +14,7 @@ mod image;
 mod parameters;
 mod run;
 mod scene;
+mod views;
 
 use pyo3::prelude::*;
 
@@ -21,12 +23,16 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     errors::add_to(module)?;
     module.add_class::<scene::Scene>()?;
+    module.add_class::<camera::Camera>()?;
+    module.add_class::<views::Views>()?;
     module.add_class::<builder::Builder>()?;
     module.add_class::<parameters::Parameters>()?;
     module.add_class::<fit::Fit>()?;
+    module.add_class::<fit::Worker>()?;
     module.add("METHODS", volume3d::gradient::Estimator::METHODS)?;
     module.add_function(wrap_pyfunction!(estimate::forward, module)?)?;
     module.add_function(wrap_pyfunction!(estimate::reverse, module)?)?;
+    module.add_function(wrap_pyfunction!(views::sensors, module)?)?;
     module.add_function(wrap_pyfunction!(image::png, module)?)?;
     module.add_function(wrap_pyfunction!(image::read_image, module)?)?;
     module.add_function(wrap_pyfunction!(image::write_image, module)?)?;

@@ -1,5 +1,8 @@
 //! Scenes.
 
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -7,12 +10,14 @@ use glam::DVec3;
 use numpy::{IntoPyArray, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
+use pyo3::pybacked::PyBackedBytes;
 use volume3d::gradient::{self, Rendering};
 use volume3d::io::{self, Note, ReadOptions};
 use volume3d::optimize::Parameters;
-use volume3d::scene::{Camera, Film, Scene as Core};
+use volume3d::scene::{Film, Scene as Core};
 
-use crate::arrays::{image_to_array, to_array, triple};
+use crate::arrays::{image_to_array, to_array};
+use crate::camera::Camera;
 use crate::errors;
 use crate::run::run;
 
@@ -26,15 +31,13 @@ pub(crate) struct Scene {
 /// Image, standard error, and non-finite samples as (column, row, sample).
 type Rendered<'py> = (Bound<'py, PyArray3<f64>>, Bound<'py, PyArray3<f64>>, Vec<(isize, isize, usize)>);
 
-/// Origin, right, up, forward and horizontal field of view in radians.
-type CameraFrame = ([f64; 3], [f64; 3], [f64; 3], [f64; 3], f64);
-
 /// Positions (n, 3) and triangles (m, 3) of a mesh.
 type MeshArrays<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<u32>>);
 
 #[pymethods]
 impl Scene {
-    /// Reads a scene file. Returns the scene and notes on interpretations.
+    /// Reads a scene file. Returns the scene, notes on interpretations, and all files that were read, itself
+    /// first.
     #[staticmethod]
     #[pyo3(signature = (path, variables, size = None, lenient = false))]
     fn load_file(
@@ -43,15 +46,16 @@ impl Scene {
         variables: Vec<(String, String)>,
         size: Option<(usize, usize)>,
         lenient: bool,
-    ) -> PyResult<(Self, Vec<String>)> {
+    ) -> PyResult<Read> {
+        let options = ReadOptions { variables, size, is_lenient: lenient };
         run(py, None, |_| {
             let bytes = io::read_bytes(&path).map_err(|error| format!("{}: {error}", path.display()))?;
-            read(&bytes, &path, variables, size, lenient)
+            read(bytes, path, &options, &|path| io::read_bytes(path))
         })?
         .map_err(errors::scene)
     }
 
-    /// Reads a scene from text. Files that it names are searched in `folder`.
+    /// Reads a scene from text, like `load_file`. Files that it names are searched in `folder`.
     #[staticmethod]
     #[pyo3(signature = (text, folder, variables, size = None, lenient = false))]
     fn load_string(
@@ -61,9 +65,33 @@ impl Scene {
         variables: Vec<(String, String)>,
         size: Option<(usize, usize)>,
         lenient: bool,
-    ) -> PyResult<(Self, Vec<String>)> {
+    ) -> PyResult<Read> {
+        let options = ReadOptions { variables, size, is_lenient: lenient };
         let path = folder.join("<string>");
-        run(py, None, |_| read(text.as_bytes(), &path, variables, size, lenient))?.map_err(errors::scene)
+        run(py, None, |_| read(text.into_bytes(), path, &options, &|path| io::read_bytes(path)))?
+            .map_err(errors::scene)
+    }
+
+    /// Reads a scene again from the files that `load_file` or `load_string` returned, which need not exist.
+    #[staticmethod]
+    #[pyo3(signature = (files, variables, size = None, lenient = false))]
+    fn load_files(
+        py: Python<'_>,
+        files: Vec<(PathBuf, PyBackedBytes)>,
+        variables: Vec<(String, String)>,
+        size: Option<(usize, usize)>,
+        lenient: bool,
+    ) -> PyResult<Self> {
+        let options = ReadOptions { variables, size, is_lenient: lenient };
+        run(py, None, |_| {
+            let (path, main) = files.first().ok_or("a scene is made of at least one file")?;
+            let open = |path: &Path| {
+                let found = files.iter().find(|(other, _)| other == path);
+                found.map(|(_, bytes)| bytes.to_vec()).ok_or_else(|| ErrorKind::NotFound.into())
+            };
+            read(main.to_vec(), path.clone(), &options, &open).map(|(scene, _, _)| scene)
+        })?
+        .map_err(errors::scene)
     }
 
     /// Writes the scene as Mitsuba XML, with its meshes and textures beside it.
@@ -94,12 +122,10 @@ impl Scene {
         Parameters::names(&self.core)
     }
 
-    /// Origin, right, up, forward and horizontal field of view in radians.
+    /// The camera.
     #[getter]
-    fn camera(&self) -> CameraFrame {
-        let camera = &self.core.description().camera;
-        let Camera { origin, right, up, forward, field_of_view, .. } = *camera;
-        (triple(origin), triple(right), triple(up), triple(forward), field_of_view)
+    fn camera(&self) -> Camera {
+        Camera { core: self.core.description().camera.clone() }
     }
 
     /// Positions and triangles of a mesh.
@@ -113,12 +139,11 @@ impl Scene {
         Ok((to_array(py, positions).reshape([rows, 3])?, triangles))
     }
 
-    /// The same scene through a camera at `origin` that looks at `target`, with a horizontal field of view in
-    /// degrees, on a film of another size.
-    #[pyo3(signature = (look_at = None, size = None))]
-    fn seen(&self, look_at: Option<LookAt>, size: Option<(usize, usize)>) -> PyResult<Self> {
+    /// The same scene through another camera, on a film of another size.
+    #[pyo3(signature = (camera = None, size = None))]
+    fn seen(&self, camera: Option<&Camera>, size: Option<(usize, usize)>) -> PyResult<Self> {
         let d = self.core.description();
-        let camera = look_at.map_or_else(|| d.camera.clone(), LookAt::camera);
+        let camera = camera.map_or_else(|| d.camera.clone(), |camera| camera.core.clone());
         let film = size.map_or(d.film, |(width, height)| Film { width, height, crop: None, ..d.film });
         let core = self.core.seen_by(camera, film).map_err(errors::scene)?;
         Ok(Self { core: Arc::new(core) })
@@ -141,29 +166,26 @@ impl Scene {
     }
 }
 
-/// A camera by origin, target, up and horizontal field of view in degrees.
-#[derive(Clone, Copy, FromPyObject)]
-pub(crate) struct LookAt([f64; 3], [f64; 3], [f64; 3], f64);
-
-impl LookAt {
-    pub(crate) fn camera(self) -> Camera {
-        let Self(origin, target, up, degrees) = self;
-        Camera::look_at(origin.into(), target.into(), up.into(), degrees.to_radians())
-    }
-}
+/// A scene, notes on interpretations, and the files that were read.
+type Read = (Scene, Vec<String>, Vec<(PathBuf, Vec<u8>)>);
 
 /// Reads a description and builds its scene.
 fn read(
-    bytes: &[u8],
-    path: &Path,
-    variables: Vec<(String, String)>,
-    size: Option<(usize, usize)>,
-    is_lenient: bool,
-) -> Result<(Scene, Vec<String>), String> {
-    let options = ReadOptions { variables, size, is_lenient };
-    let read = io::read_scene_with(bytes, path, &options, &|path| io::read_bytes(path));
+    bytes: Vec<u8>,
+    path: PathBuf,
+    options: &ReadOptions,
+    open: &dyn Fn(&Path) -> std::io::Result<Vec<u8>>,
+) -> Result<Read, String> {
+    let files = RefCell::new(BTreeMap::new());
+    let kept = |path: &Path| {
+        let bytes = open(path)?;
+        files.borrow_mut().insert(path.to_path_buf(), bytes.clone());
+        Ok(bytes)
+    };
+    let read = io::read_scene_with(&bytes, &path, options, &kept);
     let (description, notes) = read.map_err(|error| error.to_string())?;
     let core = Core::new(description).map_err(|error| format!("{}: {error}", path.display()))?;
     let notes = notes.iter().map(Note::to_string).collect();
-    Ok((Scene { core: Arc::new(core) }, notes))
+    let files = std::iter::once((path, bytes)).chain(files.into_inner()).collect();
+    Ok((Scene { core: Arc::new(core) }, notes, files))
 }

@@ -131,6 +131,15 @@ def test_no_argument_causes_a_panic():
         lambda: v3.Scene(some()),
         lambda: v3.Fit(scene, some(), some(), steps=some()),
         lambda: v3.Fit(scene, ["square.translation"], [v3.View(some())], optimizer=some(), steps=2),
+        lambda: v3.Fit(scene, ["square.translation"], [v3.View(np.ones((5, 6, 3)), camera=some())], steps=some()),
+        lambda: v3.Views.from_nerf(some(), size=some(), background=some()),
+        lambda: v3.Views.from_colmap(some(), some()),
+        lambda: v3.Views.from_dtu(some(), cut=some()),
+        lambda: v3.Views.from_mitsuba(some(), some(), variables=some()),
+        lambda: v3.Views.look_at(some(), some(), up=some(), fov=some(), size=some(), pictures=some()),
+        lambda: v3.Views(some())[some()],
+        lambda: v3.Camera.look_at(some(), some(), fov=some()).intrinsics(some()),
+        lambda: scene.seen(camera=some()),
     ]
     ordinary = (v3.Error, TypeError, ValueError, KeyError, IndexError, OverflowError, AttributeError)
     failed = 0

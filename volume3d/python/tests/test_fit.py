@@ -70,11 +70,50 @@ def test_several_views_move_vertices():
     assert error[1] < 0.4 * error[0]
 
 
+BALL = """<scene version="3.0.0">
+    <integrator type="path"><integer name="max_depth" value="2"/></integrator>
+    <sensor type="perspective">
+        <float name="fov" value="40"/>
+        <transform name="to_world"><lookat origin="0, 0, 3" target="0, 0, 0" up="0, 1, 0"/></transform>
+        <film type="hdrfilm"><integer name="width" value="16"/><integer name="height" value="16"/></film>
+    </sensor>
+    <emitter type="constant"><rgb name="radiance" value="1"/></emitter>
+    <shape type="sdfgrid" id="ball">
+        <float name="radius" value="$radius"/>
+        <integer name="cells" value="8"/>
+        <vector name="low" value="-1 -1 -1"/>
+        <vector name="high" value="1 1 1"/>
+    </shape>
+</scene>"""
+
+
+def test_a_grid_stays_a_distance():
+    """A ball grows. With large steps φ keeps the slope 1 of a distance; plain steps are the control."""
+    small, large = (v3.load_string(BALL, variables={"radius": radius}) for radius in (0.5, 0.65))
+    origins = 3 * np.vstack([np.eye(3), -np.eye(3)]) + [0, 0.1, 0.1]
+    pictures = [v3.render(large.seen(origin=o, target=[0, 0, 0]), spp=64) for o in origins]
+    views = v3.Views.look_at(origins, pictures=pictures)
+    at = np.linspace(-1, 1, 9)
+    radius = np.sqrt(at[:, None, None] ** 2 + at[:, None] ** 2 + at**2)
+    shell, results = (radius > 0.3) & (radius < 0.9), []
+    for large_steps in (1, None):
+        adam = v3.Adam(0.03, beta2=0.95, large_steps=large_steps)
+        found = v3.Fit(small, ["ball.sdf"], views, optimizer=adam, steps=20, views_per_step=2, spp=4).run()
+        phi = found.values["ball.sdf"].reshape(9, 9, 9)
+        slopes = np.linalg.norm(np.gradient(phi, 0.25), axis=0)
+        results.append((np.abs(phi - (radius - 0.65))[shell].mean(), np.abs(slopes - 1)[shell].mean()))
+    print(results)
+    (error, slope), (_, control) = results
+    assert error < 0.075 and 3 * slope < control
+
+
 def test_mistakes_are_named():
     with pytest.raises(v3.FitError, match="views"):
         v3.Fit(lit_square(), NAMES, [])
     with pytest.raises(v3.FitError, match="rate"):
         fit(optimizer=v3.Adam(-1))
+    with pytest.raises(v3.FitError, match="vertex positions and SDF grids"):
+        fit(optimizer=v3.Adam(0.1, large_steps=1))
     with pytest.raises(ValueError, match="loss"):
         fit(loss="l3")
     with pytest.raises(v3.ParameterError, match="square.translatoin"):

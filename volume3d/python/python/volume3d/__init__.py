@@ -15,8 +15,10 @@
 `render`                  image of a scene, with its standard error
 `forward`                 derivative of every pixel along a change of parameters
 `reverse`                 gradient of a number by all parameters, from its derivative by the image
+`Views`                   pictures with cameras, of NeRF, COLMAP, DTU and Mitsuba files
 `Fit`                     fit of parameters to pictures
 `compare`                 comparison of somebody else's gradient with ours
+`volume3d.plot`           images and signed gradient images by Matplotlib
 `volume3d.torch`          renderer as a differentiable function of PyTorch
 `volume3d.jax`            renderer as a differentiable function of JAX
 ========================  =====================================================================
@@ -25,6 +27,7 @@ Images are arrays of shape (height, width, 3) of linear RGB, rows from the top. 
 angles of rotation vectors in radians, fields of view in degrees. All exceptions are subclasses of `Error`.
 """
 
+from ._camera import Camera
 from ._compare import Comparison, compare
 from ._core import (
     Error,
@@ -38,14 +41,16 @@ from ._core import (
     set_num_threads,
 )
 from ._estimate import METHODS, forward, render, reverse
-from ._fit import Adam, Fit, Penalty, View
+from ._fit import Adam, Fit, Penalty
 from ._parameters import Parameters, traverse
 from ._results import Gradient, GradientImage, Rendering
 from ._scene import Mesh, Scene, load_file, load_string, read_image, scene_from_arrays, write_image
+from ._views import View, Views
 
 __all__ = [
     "METHODS",
     "Adam",
+    "Camera",
     "Comparison",
     "Error",
     "Fit",
@@ -62,6 +67,7 @@ __all__ = [
     "Scene",
     "SceneError",
     "View",
+    "Views",
     "__version__",
     "compare",
     "forward",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -93,3 +93,8 @@ def path(value: Path, what: str) -> str:
     except TypeError:
         raise TypeError(f"{what} must be a path, not {type(value).__name__}") from None
     return text(plain, what)
+
+
+def variables_of(values: Mapping[str, object] | None) -> list[tuple[str, str]]:
+    """Values of a scene file's variables, as text."""
+    return [(text(name, "a variable"), str(value)) for name, value in (values or {}).items()]

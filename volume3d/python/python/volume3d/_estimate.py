@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import Executor
+from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -11,7 +13,8 @@ from numpy.typing import ArrayLike
 
 from . import _core
 from ._arrays import MAX_SEED, Array, count, numbers, shaped, text
-from ._core import ParameterError
+from ._core import GradientError, ParameterError
+from ._executor import Crew, Shared
 from ._parameters import Parameters
 from ._results import Gradient, GradientImage, Rendering
 from ._scene import Scene, Selection
@@ -101,6 +104,8 @@ def reverse(
     method: str = "auto",
     runs: int = 1,
     progress: Progress = None,
+    executor: Executor | None = None,
+    threads: int | None = 1,
 ) -> Gradient:
     """The gradient of a number L by all of `params`, from `adjoint` = ∂L/∂I (height, width, 3).
 
@@ -110,8 +115,12 @@ def reverse(
     The adjoint must not come from the image of the same samples, or the product is biased: `render` draws
     independent ones at any seed.
 
-    Raises `GradientError` if the adjoint has another size than the film or is not finite, or if the method
-    does not support the scene; `ParameterError` for unknown or conflicting names.
+    With an `executor` of `concurrent.futures` the runs are its tasks, with the same bits; see `Fit.run`.
+    `progress` then counts runs, and worker processes use `threads` threads.
+
+    Raises `GradientError` if the adjoint has another size than the film or is not finite, if the method
+    does not support the scene, or if workers die again and again; `ParameterError` for unknown or conflicting
+    names.
     """
     core = _scene(scene)
     names = [params] if isinstance(params, str) else list(params)
@@ -119,18 +128,23 @@ def reverse(
         raise ParameterError("there are no parameters: name at least one")
     selection = select(scene, names)
     array = numbers(adjoint, "the adjoint")
-    count(runs, "runs")
-    found = []
-    places: list[tuple[int, int, int]] = []
-    used = method
-    notes: list[str] = []
-    for run in range(runs):
+    if threads is not None:
+        threads = count(threads, "threads", least=0)
+    every = [_method(method, spp, _run_seed(seed, run), None) for run in range(count(runs, "runs"))]
+    results = []
+    if executor is None:
+        for settings in every:
+            with _Report(progress, "gradient") as report:
+                results.append(_core.reverse(core, selection.core, selection.x, array, settings, report))
+    else:
+        rest = scene._at_rest()
+        crew = Crew(executor, Shared(Reverse(rest), rest._token()), threads, GradientError)
         with _Report(progress, "gradient") as report:
-            settings = _method(method, spp, _run_seed(seed, run), None)
-            one = _core.reverse(core, selection.core, selection.x, array, settings, report)
-        found.append(one[0][: selection.size])
-        places += one[1]
-        used, notes = one[2] or method, notes + [note for note in one[3] if note not in notes]
+            results = crew.map([(scene._values, names, array, settings) for settings in every], report)
+    found = [one[0][: selection.size] for one in results]
+    places = [place for one in results for place in one[1]]
+    used = results[-1][2] or method
+    notes = list(dict.fromkeys(note for one in results for note in one[3]))
     stack = np.stack(found)
     mean = stack.sum(axis=0) / runs
     error = stack.std(axis=0, ddof=1) / math.sqrt(runs) if runs > 1 else None
@@ -141,6 +155,24 @@ def reverse(
         places,
         notes,
     )
+
+
+@dataclass(eq=False)
+class Reverse:
+    """Derivatives of a scene at any values of its parameters."""
+
+    scene: Scene
+
+    def prepare(self) -> None:
+        """Nothing has to be made."""
+
+    def run(self, task: tuple[dict[str, Array], list[str], Array, _core.Method], /) -> Any:
+        """What `_core.reverse` returns."""
+        values, names, adjoint, settings = task
+        scene = self.scene._updated(values) if values else self.scene
+        selection = select(scene, names)
+        array = numbers(adjoint, "the adjoint")
+        return _core.reverse(scene._core, selection.core, selection.x, array, settings, None)
 
 
 def split(flat: Array, shapes: list[tuple[int, ...]]) -> list[Array]:

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from concurrent.futures import Executor
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from . import _core
 from ._arrays import Array, count, numbers, text
 from ._core import FitError
 from ._estimate import Progress, _method, _Report, _scene, _seed, _spp, select, split
+from ._executor import Crew, Shared
 from ._parameters import Parameters
-from ._results import Rendering
-from ._scene import Scene, _look_at
+from ._scene import Scene
+from ._views import View
 
 
 @dataclass(frozen=True)
@@ -33,32 +35,9 @@ class Adam:
     beta2: float = 0.999
     #: Whether all numbers share one mean of squares: for vertex positions.
     uniform: bool = False
-    #: Smoothing λ of large steps (Nicolet, Jacobson and Jakob 2021), for vertex positions: 10 to 50 is usual.
+    #: Smoothing λ of large steps (Nicolet, Jacobson and Jakob 2021). For vertex positions 10 to 50 is usual. For
+    #: the nodes of an SDF grid 1 is a good start; φ is then made a distance again after each step.
     large_steps: float | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class View:
-    """A picture with its camera.
-
-    Without `origin` and `target` the camera is the scene's own, which may then be fitted; that is for a single
-    view.
-    """
-
-    #: The picture: linear RGB (height, width, 3), or a `Rendering`.
-    picture: ArrayLike | Rendering
-    #: Position of the camera (3,), in scene units.
-    origin: ArrayLike | None = None
-    #: A point at which it looks (3,).
-    target: ArrayLike | None = None
-    #: The direction that is up in the picture (3,).
-    up: ArrayLike = (0.0, 1.0, 0.0)
-    #: Horizontal field of view, in degrees.
-    fov: float = 40.0
-    #: Factor of the difference of each pixel and channel (height, width, 3).
-    weights: ArrayLike | None = None
-    #: Its name in messages.
-    name: str = ""
 
 
 @dataclass(frozen=True)
@@ -84,7 +63,7 @@ class Fit:
     argument             meaning
     ===================  ==========================================================================
     ``params``           names, or `Parameters`
-    ``views``            pictures with cameras
+    ``views``            pictures with cameras: `Views`, or a list of `View`
     ``optimizer``        `Adam` for all parameters, or a dict with one for each name
     ``loss``             "multiscale" (means over blocks of 1, 2, 4, … pixels, so that distant things
                          attract one another), "l2", "l1" or "relative"
@@ -95,10 +74,12 @@ class Fit:
     ``views_per_step``   views of a step; each is used once in a round
     ``spp``              samples per pixel of gradients; ``image_spp`` those of images
     ``pixels``           pixels of each view in a step, drawn at random; None is all
+    ``chunks``           independent estimates of each view in a step, each with all samples: the step
+                         is their mean, and has as many tasks for an executor times views
     ===================  ==========================================================================
 
-    The scene that is given stays as it is. The same seed gives the same bits with any number of threads. Raises
-    `FitError`, `ParameterError` or `GradientError`.
+    The scene that is given stays as it is. The same seed gives the same bits with any number of threads, and
+    with any executor. Raises `FitError`, `ParameterError` or `GradientError`.
     """
 
     def __init__(
@@ -119,10 +100,11 @@ class Fit:
         spp: int = 8,
         image_spp: int | None = None,
         pixels: int | None = None,
+        chunks: int = 1,
         seed: int = 0,
         method: str = "auto",
     ) -> None:
-        core = _scene(scene)
+        _scene(scene)
         self._names = [params] if isinstance(params, str) else list(params)
         if not self._names:
             raise FitError("there are no parameters: name at least one")
@@ -136,14 +118,19 @@ class Fit:
             raise FitError(f"the optimizers are of {', '.join(adams)}, the parameters {', '.join(self._names)}")
         scale = count(levels, "levels") if loss == "multiscale" else float(numbers(epsilon, "epsilon"))
         self._steps = count(steps, "steps")
-        self._core = _core.Fit(
-            core,
-            selection.core,
-            selection.x,
+        plain: _core.AdamSettings = (0.0, 0.9, 0.999, False, None)
+        others = len(selection.core.groups(scene._rest)) - len(self._names)
+        spps = _spp(spp if image_spp is None else image_spp), None if pixels is None else count(pixels, "pixels")
+        self._work = Work(
+            scene.copy(),
+            self._names,
             [_view(view, str(index)) for index, view in enumerate(views)],
             (text(loss, "the loss"), float(scale)),
-            [_settings(adams[name], name) for name in self._names]
-            + [(0.0, 0.9, 0.999, False, None)] * (len(selection.core.groups(scene._rest)) - len(self._names)),
+            (*spps, count(chunks, "chunks")),
+            _method(method, spp, seed, None),
+        )
+        self._core = self._work.fit(
+            [_settings(adams[name], name) for name in self._names] + [plain] * others,
             [(text(p.shape, "a shape"), text(p.kind, "a kind"), float(p.weight)) for p in penalties],
             (
                 self._steps,
@@ -152,9 +139,10 @@ class Fit:
                 count(len(views) if views_per_step is None else views_per_step, "views_per_step"),
                 _seed(seed),
             ),
-            (_spp(spp if image_spp is None else image_spp), None if pixels is None else count(pixels, "pixels")),
-            _method(method, spp, seed, None),
         )
+
+        self._work.own = self._core
+        self._shared = Shared(self._work)
 
     def step(self) -> bool:
         """Takes one step. Returns False once all steps are taken.
@@ -163,20 +151,49 @@ class Fit:
         """
         return self._core.step()
 
-    def run(self, steps: int | None = None, *, progress: Progress = None) -> Fit:
+    def run(
+        self,
+        steps: int | None = None,
+        *,
+        progress: Progress = None,
+        executor: Executor | None = None,
+        threads: int | None = 1,
+    ) -> Fit:
         """Takes `steps` steps, or all that are left, and returns the fit.
 
         `progress` is True for a bar or a function of the steps done and in total. After Ctrl-C the fit goes on
         with another `run`.
+
+        With an `executor` of `concurrent.futures`, such as a `ProcessPoolExecutor` or the ``get_executor()`` of
+        a client of Dask, each view and chunk of a step is a task. The bits are those without one, for any number
+        of workers, where all have the same processor type and C library. Scene and pictures travel once to each
+        process, parameters with each task. Worker processes use `threads` threads: 0 is one per core, None
+        leaves `set_num_threads` as it is there.
+
+        Raises `FitError` if worker processes die again and again, as soon as a pool of processes has lost one, or
+        if one has another version of the package. The fit is then as after its last step: `run` goes on with a
+        new executor, and `state` can be saved.
         """
+        if threads is not None:
+            threads = count(threads, "threads", least=0)
+        crew = None if executor is None else Crew(executor, self._shared, threads, FitError)
         total = self._steps - self.steps_taken
         total = total if steps is None else min(total, count(steps, "steps", least=0))
         with _Report(progress, "fit") as report:
             for done in range(1, total + 1):
-                self.step()
+                if crew is None:
+                    self.step()
+                else:
+                    self._step_of(crew)
                 if report is not None:
                     report(done, total)
         return self
+
+    def _step_of(self, crew: Crew) -> None:
+        # A step has two rounds if there are chunks: images and derivatives.
+        while tasks := self._core.ask():
+            if self._core.tell(crew.map(tasks)):
+                break
 
     @property
     def steps_taken(self) -> int:
@@ -223,18 +240,61 @@ class Fit:
         return f"<volume3d.Fit of {', '.join(self._names)}: step {self.steps_taken} of {self._steps}{last}>"
 
 
+@dataclass(eq=False)
+class Work:
+    """What the tasks of a fit share."""
+
+    scene: Scene
+    names: list[str]
+    views: list[_core.View]
+    loss: tuple[str, float]
+    samples: tuple[int, int | None, int]
+    method: _core.Method
+    #: The fit itself, in its own process.
+    own: _core.Fit | None = field(default=None, init=False)
+    core: _core.Worker | None = field(default=None, init=False)
+
+    def fit(
+        self,
+        optimizers: list[_core.AdamSettings],
+        penalties: list[tuple[str, str, float]],
+        plan: tuple[int, str, float, int, int],
+    ) -> _core.Fit:
+        """A fit of the scene's parameters."""
+        selection = select(self.scene, self.names)
+        scene, core, x = self.scene._core, selection.core, selection.x
+        return _core.Fit(
+            scene, core, x, self.views, self.loss, optimizers, penalties, plan, self.samples, self.method
+        )
+
+    def prepare(self) -> None:
+        """Makes what runs the tasks. Elsewhere the method of all steps is chosen as in the fit's own process."""
+        if self.own is None:
+            groups = select(self.scene, self.names).core.groups(self.scene._rest)
+            plain: list[_core.AdamSettings] = [(1.0, 0.9, 0.999, False, None)] * len(groups)
+            self.core = self.fit(plain, [], (1, "constant", 0.0, 1, 0)).worker()
+        else:
+            self.core = self.own.worker()
+
+    def run(self, task: bytes, /) -> bytes:
+        """The part of a task."""
+        assert self.core is not None, "it is prepared"
+        return self.core.run(task)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "own": None, "core": None}
+
+
 def _view(view: View, index: str) -> _core.View:
     if not isinstance(view, View):
         raise TypeError(f"view {index} must be a volume3d.View, not {type(view).__name__}")
     name = view.name or index
-    if (view.origin is None) != (view.target is None):
-        raise ValueError(f"view `{name}`: a camera has both an origin and a target")
-    camera = None
-    if view.origin is not None and view.target is not None:
-        camera = _look_at(view.origin, view.target, view.up, view.fov)
+    camera = view._camera(f"view `{name}`")
+    if view.picture is None:
+        raise FitError(f"view `{name}` has no picture")
     picture = numbers(np.asarray(view.picture), f"the picture of view `{name}`")
     weights = None if view.weights is None else numbers(view.weights, f"the weights of view `{name}`")
-    return name, camera, picture, weights
+    return name, None if camera is None else camera._core, picture, weights
 
 
 def _settings(adam: Adam, name: str) -> _core.AdamSettings:

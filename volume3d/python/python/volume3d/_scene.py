@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import functools
+import hashlib
 import math
+import pickle
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -12,7 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._arrays import Array, Path, colour, count, film_size, numbers, path, text, vector
+from ._arrays import Array, Path, colour, count, film_size, numbers, path, text, variables_of
+from ._camera import Camera, camera_of
 from ._core import SceneError
 
 
@@ -22,12 +26,15 @@ class Scene:
     Made by `load_file`, `load_string` or `scene_from_arrays`. `Parameters.update` changes it.
     """
 
-    __slots__ = ("_core", "_notes", "_rest", "_values")
+    __slots__ = ("_core", "_notes", "_recipe", "_rest", "_values", "_view")
 
-    def __init__(self, core: _core.Scene, notes: Sequence[str] = ()) -> None:
+    def __init__(self, core: _core.Scene, recipe: Recipe, notes: Sequence[str] = ()) -> None:
         if not isinstance(core, _core.Scene):
             raise TypeError("scenes are made by load_file, load_string and scene_from_arrays")
         self._core = core
+        #: How to make it again, and the camera and the size that `seen` gave it.
+        self._recipe = recipe
+        self._view: tuple[_core.Camera | None, tuple[int, int] | None] = None, None
         self._notes = tuple(notes)
         #: The scene as it was made, to which poses are relative, and all values assigned since.
         self._rest = core
@@ -77,6 +84,11 @@ class Scene:
         positions, triangles = self._core.mesh(text(name, "the name"))
         return Mesh(positions, triangles)
 
+    @property
+    def camera(self) -> Camera:
+        """Its camera, as it is now."""
+        return Camera(self._core.camera)
+
     def seen(
         self,
         *,
@@ -84,21 +96,28 @@ class Scene:
         target: ArrayLike | None = None,
         up: ArrayLike = (0.0, 1.0, 0.0),
         fov: float = 40.0,
+        camera: Camera | None = None,
         size: Sequence[int] | None = None,
     ) -> Scene:
         """The same scene through another camera, or on a film of another size. It is cheap.
 
-        `origin` and `target` (3,) in scene units, both or neither; `fov` horizontal, in degrees; `size`
-        (width, height) in pixels. Raises `SceneError` if the camera is invalid.
+        `camera`, or one at `origin` (3,) that looks at `target` (3,), in scene units; `fov` horizontal, in
+        degrees; `size` (width, height) in pixels. What was assigned to the camera does not apply to another
+        one. Raises `SceneError` if the camera is invalid.
         """
         if (origin is None) != (target is None):
             raise ValueError("a camera has both an origin and a target")
-        camera = None
         if origin is not None and target is not None:
-            camera = _look_at(origin, target, up, fov)
+            if camera is not None:
+                raise ValueError("give a camera, or an origin and a target, not both")
+            camera = Camera.look_at(origin, target, up=up, fov=fov)
+        core, film = None if camera is None else camera_of(camera, "the camera")._core, film_size(size)
         scene = self.copy()
-        scene._core = self._core.seen(camera, film_size(size))
-        scene._rest = self._rest.seen(camera, film_size(size))
+        scene._core, scene._rest = self._core.seen(core, film), self._rest.seen(core, film)
+        scene._view = core or self._view[0], film or self._view[1]
+        if core is not None:
+            # Poses of a camera are relative to that camera.
+            scene._values = {name: x for name, x in self._values.items() if not name.startswith("camera.")}
         return scene
 
     def write(self, file: Path) -> None:
@@ -107,11 +126,25 @@ class Scene:
 
     def copy(self) -> Scene:
         """A copy that later updates do not change. It is cheap."""
-        scene = Scene(self._core, self._notes)
-        scene._rest, scene._values = self._rest, dict(self._values)
+        scene = Scene(self._core, self._recipe, self._notes)
+        scene._rest, scene._values, scene._view = self._rest, dict(self._values), self._view
         return scene
 
     __copy__ = copy
+
+    def _at_rest(self) -> Scene:
+        """The scene as it was made, with its present camera and film."""
+        scene = self.copy()
+        scene._core, scene._values = self._rest, {}
+        return scene
+
+    def _token(self) -> str:
+        """A name of the scene at rest, the same for all of the same content."""
+        return f"{self._recipe.digest}-{self._view}"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """A pickle holds all files or arrays of which the scene was made, so that it can be read anywhere."""
+        return _unpickled, (_core.__version__, self._recipe, self._notes, self._view, self._values)
 
     def __deepcopy__(self, _memo: Any) -> Scene:
         return self.copy()
@@ -126,6 +159,76 @@ class Scene:
         ]
         parts = ", ".join(f"{n} {what}" for n, what in counts if n)
         return f"<volume3d.Scene {width} x {height}: {parts}>"
+
+
+def _unpickled(
+    version: str,
+    recipe: Recipe,
+    notes: tuple[str, ...],
+    view: tuple[_core.Camera | None, tuple[int, int] | None],
+    values: dict[str, Array],
+) -> Scene:
+    if version != _core.__version__:
+        raise SceneError(f"the scene was pickled by volume3d {version}, and this is {_core.__version__}")
+    scene = Scene(recipe.make(), recipe, notes)
+    scene._core = scene._rest = scene._core if view == (None, None) else scene._core.seen(*view)
+    scene._view = view
+    return scene._updated(values) if values else scene
+
+
+class Recipe:
+    """How a scene is made; it can be pickled, and does not change."""
+
+    def make(self) -> _core.Scene:
+        """The scene."""
+        raise NotImplementedError
+
+    @functools.cached_property
+    def digest(self) -> str:
+        """A hash of its content."""
+        return hashlib.sha256(pickle.dumps(self, protocol=5)).hexdigest()
+
+
+@dataclass(frozen=True, eq=False)
+class Files(Recipe):
+    """A scene that was read: the files, the first that of the scene itself, and the options of the reader."""
+
+    files: list[tuple[str, bytes]]
+    variables: list[tuple[str, str]]
+    size: tuple[int, int] | None
+    lenient: bool
+
+    def make(self) -> _core.Scene:
+        return _core.Scene.load_files(self.files, self.variables, self.size, self.lenient)
+
+
+@dataclass(frozen=True, eq=False)
+class Calls(Recipe):
+    """A scene from arrays: the arguments of the builder, and the names of its methods with theirs."""
+
+    builder: tuple[Any, ...]
+    calls: list[tuple[str, tuple[Any, ...]]]
+
+    def make(self) -> _core.Scene:
+        builder = _core.Builder(*self.builder)
+        for method, arguments in self.calls:
+            getattr(builder, method)(*arguments)
+        return builder.build()
+
+
+class _Recorder:
+    """A builder of scenes that keeps what it is told."""
+
+    def __init__(self, *arguments: Any) -> None:
+        self.recipe = Calls(arguments, [])
+        self.builder = _core.Builder(*arguments)
+
+    def tell(self, method: str, *arguments: Any) -> Any:
+        """Calls a method of the builder; arrays are copied, as their owner may change them."""
+        kept = tuple(np.copy(a) if isinstance(a, np.ndarray) else a for a in arguments)
+        result = getattr(self.builder, method)(*kept)
+        self.recipe.calls.append((method, kept))
+        return result
 
 
 class Selection(NamedTuple):
@@ -171,11 +274,6 @@ class Mesh:
     uvs: ArrayLike | None = None
 
 
-def _look_at(origin: ArrayLike, target: ArrayLike, up: ArrayLike, fov: float) -> _core.LookAt:
-    angle = float(numbers(fov, "fov"))
-    return vector(origin, "origin"), vector(target, "target"), vector(up, "up"), angle
-
-
 def load_file(
     file: Path,
     *,
@@ -190,8 +288,8 @@ def load_file(
 
     Raises `SceneError` with file, line and column.
     """
-    core, notes = _core.Scene.load_file(path(file, "the file"), _variables(variables), film_size(size), lenient)
-    return _noted(core, notes)
+    options = variables_of(variables), film_size(size), lenient
+    return _noted(*_core.Scene.load_file(path(file, "the file"), *options), options)
 
 
 def load_string(
@@ -206,20 +304,19 @@ def load_string(
 
     Raises `SceneError` with line and column.
     """
-    core, notes = _core.Scene.load_string(
-        text(xml, "the scene"), path(folder, "the folder"), _variables(variables), film_size(size), lenient
-    )
-    return _noted(core, notes)
+    options = variables_of(variables), film_size(size), lenient
+    return _noted(*_core.Scene.load_string(text(xml, "the scene"), path(folder, "the folder"), *options), options)
 
 
-def _noted(core: _core.Scene, notes: list[str]) -> Scene:
+def _noted(
+    core: _core.Scene,
+    notes: list[str],
+    files: list[tuple[str, bytes]],
+    options: tuple[list[tuple[str, str]], tuple[int, int] | None, bool],
+) -> Scene:
     for note in notes:
         warnings.warn(note, UserWarning, stacklevel=3)
-    return Scene(core, notes)
-
-
-def _variables(variables: Mapping[str, object] | None) -> list[tuple[str, str]]:
-    return [(text(name, "a variable"), str(value)) for name, value in (variables or {}).items()]
+    return Scene(core, Files(files, *options), notes)
 
 
 def scene_from_arrays(
@@ -259,7 +356,7 @@ def scene_from_arrays(
     if film is None:
         raise TypeError("size must be (width, height)")
     depth = None if max_depth is None else count(max_depth, "max_depth")
-    builder = _core.Builder(_look_at(origin, target, up, fov), film, depth)
+    builder = _Recorder(Camera.look_at(origin, target, up=up, fov=fov)._core, film, depth)
     known: dict[str, int] = {}
     for name, definition in (materials or {}).items():
         known[name] = _add_material(builder, text(name, "a material's name"), definition)
@@ -269,7 +366,8 @@ def scene_from_arrays(
         if mesh.material is not None and mesh.material not in known:
             names = ", ".join(known) or "none"
             raise SceneError(f"mesh `{name}`: there is no material `{mesh.material}`; there are: {names}")
-        builder.mesh(
+        builder.tell(
+            "mesh",
             text(name, "a mesh's name"),
             numbers(mesh.positions, f"the positions of `{name}`"),
             _indices(mesh.triangles, f"the triangles of `{name}`"),
@@ -279,11 +377,11 @@ def scene_from_arrays(
             None if mesh.radiance is None else colour(mesh.radiance, f"the radiance of `{name}`"),
         )
     if sky is not None:
-        builder.sky(colour(sky, "sky"))
-    return Scene(builder.build())
+        builder.tell("sky", colour(sky, "sky"))
+    return Scene(builder.builder.build(), builder.recipe)
 
 
-def _add_material(builder: _core.Builder, name: str, definition: Mapping[str, Any]) -> int:
+def _add_material(builder: _Recorder, name: str, definition: Mapping[str, Any]) -> Any:
     options = dict(definition)
     kind = options.pop("type", None)
     reflectance = options.pop("reflectance", 0.5)
@@ -292,13 +390,13 @@ def _add_material(builder: _core.Builder, name: str, definition: Mapping[str, An
         raise SceneError(f"material `{name}`: unknown keys {', '.join(map(repr, options))}")
     what = f"the reflectance of `{name}`"
     if kind == "metal":
-        return builder.metal(name, colour(reflectance, what), float(numbers(alpha, f"the alpha of `{name}`")))
+        return builder.tell("metal", name, colour(reflectance, what), float(numbers(alpha, f"the alpha of `{name}`")))
     if kind != "diffuse":
         raise SceneError(f"material `{name}`: type must be 'diffuse' or 'metal', not {kind!r}")
     array = numbers(reflectance, what)
     if array.ndim == 3:
-        return builder.diffuse(name, (0.0, 0.0, 0.0), builder.texture(f"{name}-texture", array))
-    return builder.diffuse(name, colour(array, what), None)
+        return builder.tell("diffuse", name, (0.0, 0.0, 0.0), builder.tell("texture", f"{name}-texture", array))
+    return builder.tell("diffuse", name, colour(array, what), None)
 
 
 def _indices(value: ArrayLike, what: str) -> NDArray[np.uint32]:
