@@ -1,7 +1,7 @@
 //! Derivatives of images of worlds with mirrors, glass and openings: warped-area sampling of
 //! [chains](crate::chain).
 //!
-//! No list of edges is needed. [`WarpedArea`] is unbiased with a debiased [`Warp`](crate::warp::Warp).
+//! No list of edges is needed. [`WarpedArea`] is unbiased with a debiased [`Warp`].
 //! Forward mode takes a rate for each of the world's [`numbers`](crate::chain::World::numbers) and then for
 //! the camera's position (2), angle and field of view; reverse mode returns the derivative by each of them.
 

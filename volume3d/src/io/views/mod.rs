@@ -4,13 +4,13 @@
 //! |---|---|---|---|
 //! | [`Views::from_transforms`] | `transforms.json` of NeRF (Mildenhall et al. 2020), instant-ngp and nerfstudio | x right, y up, looks along −z | centres at halves |
 //! | [`Views::from_colmap`] | `cameras` and `images` of COLMAP, as text or binary | x right, y down, looks along z | centres at halves |
-//! | [`Views::from_dtu`] | `cameras.npz`, see [`dtu`](super::dtu) | x right, y down, looks along z | centres at whole numbers |
+//! | [`Views::from_dtu`] | `cameras.npz`, see [`dtu`] | x right, y down, looks along z | centres at whole numbers |
 //! | [`Views::from_sensors`] | all sensors of a Mitsuba scene | x left, y up, looks along z | centres at halves |
 //! | [`Views::from_look_at`] | positions and targets | | |
 //!
 //! Focal lengths may differ and principal points may be anywhere. Lenses that distort are refused by name,
-//! since they are no [`Camera`]. A picture may be a copy in fewer pixels of the one that its camera
-//! describes. Names of views are those of pictures, without the extension, and in the order of the file; of
+//! since they are no [`Camera`](crate::scene::Camera). A picture may be a copy in fewer pixels of the one that
+//! its camera describes. Names of views are those of pictures, without the extension, and in the order of the file; of
 //! COLMAP, sorted.
 
 mod colmap;
