@@ -236,7 +236,7 @@ mod tests {
             }
             assert_eq!(asked, given, "names in {}", folder.display());
         }
-        assert_eq!(count, 19);
+        assert_eq!(count, 20);
         assert_eq!(lecture.pictures.len(), 10);
         for slide in &lecture.pictures {
             let file = slide.file.split('#').next().unwrap();
