@@ -62,7 +62,7 @@ impl Known {
                 let numbers = surface.curve.numbers().len() + surface.optics.numbers().len();
                 let first = world.first_of_surface(index);
                 rates[first..first + numbers].iter_mut().for_each(|r| *r = dice.between(-0.5, 0.5));
-                // Where a full turn opens, no derivative exists.
+                // A full turn that opens has no derivative.
                 if kind == Kind::Glass && matches!(surface.curve, Curve::Arc { .. }) {
                     rates[first + 4] = 0.0;
                 }

@@ -12,7 +12,7 @@ fn limits() -> Limits {
     Limits::both(suite_threshold())
 }
 
-/// The method; samples are those of each of two halves.
+/// The method, with a number of samples per pixel in each of two halves.
 fn method(samples: usize, fault: Option<Fault>) -> WarpedArea {
     WarpedArea { samples, fault, ..WarpedArea::default() }
 }
@@ -21,7 +21,7 @@ fn method(samples: usize, fault: Option<Fault>) -> WarpedArea {
 fn derivatives_through_chains_are_unbiased() {
     let mut power = Power::of("chains::derivatives_through_chains_are_unbiased");
     for kind in Kind::ALL {
-        // Where a decision may end the chain, tails are longer.
+        // Decisions that end a chain lengthen the tails of the distribution.
         let worlds = known(kind, pick(if kind == Kind::Openings { 30 } else { 12 }, 60));
         Verdict::of(&worlds, |k, seed| k.run(seed, &method(5_000, None))).accept(
             &mut power,

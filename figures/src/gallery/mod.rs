@@ -27,7 +27,7 @@ pub(crate) struct Gallery<'a> {
     pub(crate) names: &'a [&'a str],
     /// All figures of this run, by number.
     pub(crate) sections: &'a [(usize, Section)],
-    /// Where the pages of `cargo doc` are, as seen from the gallery's; they are linked.
+    /// Path from the gallery to the pages of `cargo doc`, for links.
     pub(crate) documentation: Option<&'a str>,
 }
 

@@ -28,10 +28,11 @@ pub enum Curve<T = f64> {
     },
 }
 
-/// Part of a curve next to its ends that another curve may touch.
+/// Fraction of a curve that counts as its end. Rounding of a contact is some 10⁻¹⁶ of the coordinates, so
+/// that ends of curves of 10⁻⁷ of their coordinates are still recognised.
 const END: f64 = 1e-9;
 
-/// Error of a coordinate of a point in which a ray meets a circle, relative to the coordinates that enter it.
+/// Rounding of a ray's intersection with a circle, relative to the coordinates of ray and circle.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// A ray's intersection with a curve, without derivatives.
@@ -39,11 +40,11 @@ const ROUNDING: f64 = 8.0 * f64::EPSILON;
 pub(crate) struct Meeting {
     /// Distance along the unit direction.
     pub(crate) distance: f64,
-    /// Whether it is the farther of the intersections with the arc's circle.
+    /// Whether the ray has met the arc's circle before.
     pub(crate) is_far: bool,
 }
 
-/// The point in which a ray meets a curve.
+/// A ray's intersection with a curve, with derivatives.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Contact<T> {
     pub(crate) point: Vec2<T>,
@@ -122,7 +123,7 @@ impl Curve {
                 if aside >= radius {
                     return None;
                 }
-                // A chord within the rounding of its own ends is none: a ray along the tangent does not enter.
+                // A ray along the tangent does not enter: a chord shorter than the rounding of its ends.
                 let rounding = ROUNDING * (origin.length() + centre.value().length() + radius);
                 let half_chord = ((radius - aside) * (radius + aside)).sqrt();
                 [false, true].into_iter().find_map(|is_far| {
@@ -139,9 +140,9 @@ impl Curve {
         }
     }
 
-    /// Whether two curves meet anywhere but at ends of both.
+    /// Whether two curves meet or overlap. A contact of an end with an end is allowed.
     pub(super) fn meets(&self, other: &Self) -> bool {
-        let points = match (self, other) {
+        let points: Vec<DVec2> = match (self, other) {
             (Self::Segment([a, b]), _) => other.crossings([a.value(), b.value()]),
             (_, Self::Segment([a, b])) => self.crossings([a.value(), b.value()]),
             (&Self::Arc { centre: c, radius: r, .. }, &Self::Arc { centre: d, radius: q, .. }) => {
@@ -157,14 +158,22 @@ impl Curve {
                 }
             }
         };
-        points.into_iter().any(|p| {
+        let is_inside = |s: f64| (END..=1.0 - END).contains(&s);
+        let crosses = points.into_iter().any(|p| {
             let places = [self, other].map(|curve| curve.nearest(p));
-            places.iter().all(|s| (-END..=1.0 + END).contains(s))
-                && places.iter().any(|s| (END..=1.0 - END).contains(s))
-        })
+            places.iter().all(|s| (-END..=1.0 + END).contains(s)) && places.into_iter().any(is_inside)
+        });
+        // Curves of one line or circle have no crossings: their ends, or the middles of equal ones, coincide.
+        let lies_on = |a: &Self, b: &Self| {
+            [0.0, 0.5, 1.0].into_iter().any(|s| {
+                let (p, t) = (a.at(s), b.nearest(a.at(s)));
+                is_inside(t) && p.distance(b.at(t)) <= END * b.length()
+            })
+        };
+        crosses || lies_on(self, other) || lies_on(other, self)
     }
 
-    /// The points in which the line through two points meets the line or circle of the curve.
+    /// Intersections of the line through two points with the line or circle of the curve.
     fn crossings(&self, [from, to]: [DVec2; 2]) -> Vec<DVec2> {
         let way = to - from;
         match self {
@@ -206,7 +215,7 @@ impl Curve {
     }
 }
 
-/// The multiple of 2π by which an angle from an arc's start, in (−π, π], is nearest to the arc.
+/// The multiple of 2π that brings an angle from an arc's start, in (−π, π], nearest to the arc.
 fn turns(angle: f64, extent: f64) -> f64 {
     let outside = |turn: f64| {
         let s = (angle + turn) / extent;
@@ -217,8 +226,8 @@ fn turns(angle: f64, extent: f64) -> f64 {
 }
 
 impl<T: Number> Curve<T> {
-    /// The point in which the ray o + tω meets the curve, where ray and curve move. `touches` evaluates the
-    /// limit in which the ray is tangent to the arc.
+    /// Intersection of the ray o + tω with the curve; ray and curve may move. With `touches` it is the limit
+    /// of a ray tangent to the arc.
     pub(crate) fn contact(
         &self,
         [origin, direction]: [Vec2<T>; 2],

@@ -1,6 +1,8 @@
 //! Errors of worlds with mirrors, glass and openings.
 
-/// Reason why a world of [`chain`](crate::chain) is invalid.
+use crate::transport::CameraError;
+
+/// Reason why a world of [`chain`](crate::chain) is invalid, or has no exact derivative.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ChainError {
@@ -18,7 +20,7 @@ pub enum ChainError {
         /// The violation.
         what: &'static str,
     },
-    /// Two surfaces meet other than at their ends.
+    /// Two surfaces cross, touch or overlap other than by their ends.
     #[error("surfaces {first} and {second} meet: only ends of both may touch")]
     Meet {
         /// Index of a surface.
@@ -32,12 +34,18 @@ pub enum ChainError {
         /// Index of the light.
         light: usize,
     },
-    /// The number of numbers differs from the world's.
-    #[error("{found} numbers for a world of {expected}")]
+    /// Too few or too many numbers for a world, or rates for a world and its camera.
+    #[error("{found} numbers, but {expected} are needed")]
     Numbers {
         /// Expected number.
         expected: usize,
         /// Number given.
         found: usize,
     },
+    /// The grid of an exact integral has no points.
+    #[error("cells = 0: the grid needs at least one point per pixel")]
+    NoCells,
+    /// The camera cannot be used.
+    #[error(transparent)]
+    Camera(#[from] CameraError),
 }

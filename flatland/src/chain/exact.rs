@@ -1,15 +1,16 @@
 //! Exact images and derivatives: every pixel is integrated between its discontinuities.
 //!
-//! The discontinuities of every sequence of decisions are found by bisection between points of a grid on the
-//! film, at which the curves of the chain are compared. Each moves with the coordinate that it ends: a
-//! discontinuity where the k-th point reaches the end of its curve, s_k = 0 or 1, has the velocity
-//! −(∂s_k/∂u)⁻¹ ∂s_k/∂θ, and where its ray is tangent to an arc, that of the zero of R − |ω × (c − o)|.
+//! For every sequence of decisions, the curves of the chain are compared at the points of a grid on the
+//! film, and bisection finds the discontinuities between them. Where the k-th point reaches the end of its
+//! curve, s_k = 0 or 1, the discontinuity has the velocity −(∂s_k/∂u)⁻¹ ∂s_k/∂θ. Where its ray is tangent to
+//! an arc, the discontinuity is a zero of R − |ω × (c − o)| and has the velocity of that zero.
 
+use super::error::ChainError;
 use super::follow::{Chain, End, Touching, Vertex};
 use super::world::{Constants, Source, World};
 use crate::calculus::{Dual, Number};
 use crate::quadrature::adaptive;
-use crate::transport::{Camera, CameraError};
+use crate::transport::Camera;
 
 /// Exact integrals of a world of mirrors, glass and openings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,7 +75,7 @@ impl Source for Along<'_> {
     }
 }
 
-/// What is compared to find discontinuities: curves, sides, ends and lights.
+/// The discrete part of a chain: its curves, their sides, its end, and the lights in view.
 type Key = Vec<usize>;
 
 fn key_of<T>(chain: &Chain<T>) -> Key {
@@ -91,7 +92,7 @@ fn key_of<T>(chain: &Chain<T>) -> Key {
     key
 }
 
-/// Halvings of a cell towards a discontinuity, next to which others are looked for.
+/// Halvings of a cell towards a discontinuity, in search of others next to it.
 const GRADING: i32 = 24;
 
 /// Most repetitions of that search.
@@ -122,8 +123,8 @@ fn find_breaks(nodes: &[f64], key: &mut impl FnMut(f64) -> Key) -> Vec<Break> {
     breaks
 }
 
-/// A place on the film at which the integrand of a sequence of decisions is not analytic: adjacent numbers
-/// before and after it.
+/// A film coordinate where the integrand of a sequence of decisions is not analytic: the floating-point
+/// numbers before and after it.
 type Break = [f64; 2];
 
 impl Exact {
@@ -131,13 +132,17 @@ impl Exact {
     /// camera's position (2), angle and field of view.
     ///
     /// # Errors
-    /// A [`CameraError`] if the camera is invalid.
-    ///
-    /// # Panics
-    /// If the number of rates is another one.
-    pub fn image(&self, world: &World, camera: &Camera, rates: &[f64]) -> Result<ExactImage, CameraError> {
+    /// A [`ChainError`] if the camera is invalid, the number of rates is another one, or the grid has no
+    /// points.
+    pub fn image(&self, world: &World, camera: &Camera, rates: &[f64]) -> Result<ExactImage, ChainError> {
         camera.check()?;
-        assert_eq!(rates.len(), world.count() + 4, "a rate for every number of world and camera");
+        let expected = world.count() + 4;
+        if rates.len() != expected {
+            return Err(ChainError::Numbers { expected, found: rates.len() });
+        }
+        if self.cells == 0 {
+            return Err(ChainError::NoCells);
+        }
         let pixels = camera.film.pixels;
         let mut out =
             ExactImage { image: vec![0.0; pixels], derivative: vec![ChainTerms::default(); pixels] };

@@ -25,7 +25,7 @@ pub(crate) struct Vertex<T> {
     pub(crate) across: f64,
 }
 
-/// Where a chain ends.
+/// The end of a chain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum End {
     /// In the environment.
@@ -59,7 +59,7 @@ pub(crate) struct Chain<T> {
     pub(crate) rays: u64,
 }
 
-/// A limit in which a ray is tangent to an arc: part, or vertex of the chain.
+/// The point whose ray is evaluated in the limit of a tangent to its arc.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Touching {
     /// The k-th point of the chain.
@@ -244,7 +244,6 @@ impl World {
                     Optics::Diffuse { opacity, .. } => opacity,
                     Optics::Mirror { .. } | Optics::Glass { .. } => constant(1.0),
                 };
-                // On the ray from the light's point: of the two intersections with a circle the same one.
                 let touches = touching == Some(Touching::Shadow(shadows.len()));
                 shadows.push(self.vertex(source, ray, &hit, touches).0);
                 if opacity.value() == 1.0 {
@@ -276,7 +275,7 @@ fn fresnel<T: Number>(cosine: T, inside: T, ratio: T) -> T {
 }
 
 impl<T: Number> Vertex<T> {
-    /// Whether two points are on the same side of the same curve, and on the same branch of it.
+    /// Whether two points are on the same side of the same curve and at the same of its intersections.
     pub(crate) fn is_like(&self, other: &Self) -> bool {
         (self.surface, self.is_far, self.is_left) == (other.surface, other.is_far, other.is_left)
     }

@@ -5,9 +5,9 @@
 //! and refracted to the first diffuse surface; its points x_1 … x_m are the *chain* of u. The light that it
 //! carries is what the last surface emits, and what it reflects of lights in a point or from one direction.
 //!
-//! Where a ray has two continuations, at glass and at openings, a sequence of decisions chooses one. For a
-//! fixed sequence the radiance is a function of u with discontinuities where a point of the chain, or a point
-//! between x_m and a light, changes its surface. The warp field (Theory 12)
+//! A ray has two continuations at glass and at openings; a sequence of decisions chooses among them. For a
+//! fixed sequence the radiance is a function of u. It is discontinuous where a point of the chain, or a
+//! point between x_m and a light, changes its surface. The warp field (Theory 12)
 //!
 //! ```text
 //! V(u) = Σ_i Σ_k w_ik V_k(u_i)/Σ_i Σ_k w_ik,    w_ik = (D(u, u_i) + B_k(u_i))^−γ/p_i,

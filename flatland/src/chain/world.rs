@@ -6,7 +6,7 @@ use super::curve::Curve;
 use super::error::ChainError;
 use crate::calculus::{Number, Vec2};
 
-/// What a curve does to light.
+/// The optical properties of a curve.
 #[derive(Clone, Copy, Debug)]
 pub enum Optics<T = f64> {
     /// A diffuse surface that emits, the same on both sides; paths of ideal reflections and refractions end
@@ -38,7 +38,7 @@ pub enum Optics<T = f64> {
 pub struct Surface {
     /// The curve.
     pub curve: Curve,
-    /// What it does to light.
+    /// Its optical properties.
     pub optics: Optics,
 }
 
@@ -267,7 +267,7 @@ impl World {
     }
 }
 
-/// Where the numbers of a world and its camera come from: constants, or numbers with derivatives.
+/// A conversion of the numbers of a world and its camera to constants, or to numbers with derivatives.
 pub(crate) trait Source {
     /// Their type.
     type Number: Number;

@@ -52,7 +52,7 @@ pub(super) struct Plan {
 /// Samples per pixel of the first pilot; each further pilot has four times as many. With fewer, a method that
 /// splits its samples would give one sample to parts that should have less than one.
 const FIRST: usize = 16;
-/// The same if --time is given.
+/// Samples per pixel of the first pilot with --time.
 const FIRST_BY_TIME: usize = 2;
 /// With --error alone: once a pilot has this many samples per pixel, no larger one is run.
 const MOST: usize = 1 << 14;

@@ -37,7 +37,7 @@ struct Inner {
     estimator: Estimator,
     /// The scene with which the fit began.
     start: Arc<CoreScene>,
-    /// What identifies the fit's tasks, once needed.
+    /// Checksums that identify the fit's tasks, once they are needed.
     problem: Option<Problem>,
 }
 
@@ -149,7 +149,7 @@ impl Fit {
         .map_err(error)
     }
 
-    /// What runs the tasks of this fit.
+    /// A worker for the tasks of this fit.
     fn worker(&self, py: Python<'_>) -> PyResult<Worker> {
         run(py, None, |_| {
             let mut inner = self.lock();

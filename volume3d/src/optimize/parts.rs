@@ -18,12 +18,12 @@ use crate::scene::Scene;
 /// Purpose of the random-number streams of chunks.
 const CHUNK: u64 = u64::MAX - 2;
 
-/// Place of a task among those of a fit.
+/// Position of a task among all tasks of a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 struct Place {
     /// Checksum of the point, the random numbers, the views and the settings of the step.
     step: u32,
-    /// Whether it is of the second round.
+    /// Whether the task belongs to the second round.
     second: bool,
     view: usize,
     chunk: usize,
@@ -51,7 +51,7 @@ pub struct Task {
     adjoint: Vec<[f64; 3]>,
 }
 
-/// What a [`Task`] found.
+/// Result of a [`Task`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Part {
     place: Place,
@@ -261,7 +261,7 @@ impl Step<'_> {
         hash.finalize()
     }
 
-    /// The tasks in the order of their sum; those of the second round if the first is `compared`.
+    /// The tasks of the first round, or of the second if the first is `compared`, in the order of their sum.
     pub(super) fn tasks(&self, compared: Option<&Compared>) -> Vec<Task> {
         let step = self.checksum();
         let places = self.views.iter().enumerate();
@@ -416,7 +416,7 @@ impl Objective {
     }
 }
 
-/// The loss of an image of a view, and its adjoint, as fractions of those of the step.
+/// Loss of an image of a view and its adjoint image, both times `share`.
 fn compare(
     objective: &Objective,
     scene: &Scene,

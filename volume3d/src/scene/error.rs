@@ -143,9 +143,9 @@ pub enum SceneError {
     /// The vector of parameters has another length.
     #[error("{found} numbers are given for parameters of {expected}")]
     Parameters {
-        /// How many are given.
+        /// Number given.
         found: usize,
-        /// How many there are.
+        /// Number needed.
         expected: usize,
     },
     /// A parameter belongs to a scene of other objects, or of another topology.

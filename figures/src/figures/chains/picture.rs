@@ -10,7 +10,7 @@ use crate::plot::*;
 
 /// Half width of a band in standard errors.
 pub(super) const BAND: f64 = 2.0;
-/// Multiple of the mean weight from which a point is drawn largest.
+/// A point is drawn largest if its weight is at least this multiple of the mean.
 const HEAVY: f64 = 3.0;
 /// Points of a drawn curve.
 const POINTS: usize = 60;

@@ -13,7 +13,7 @@ use crate::context::Context;
 pub(super) const PIXELS: usize = 32;
 /// Auxiliary rays that are drawn; the estimator draws a random number.
 pub(super) const RAYS: usize = 24;
-/// Concentration of the drawn rays, in 1/pixel²: they spread over a pixel, farther than those of the estimator.
+/// Concentration κ of the drawn rays, in 1/pixel². The estimator has 20, which would be too narrow to see.
 const DRAWN: f64 = 1.0;
 /// Indices of the mirror and the emitter.
 pub(super) const MIRROR: usize = 0;
@@ -49,7 +49,7 @@ pub(super) struct Study {
     pub(super) camera: Camera,
     pub(super) samples: usize,
     pub(super) cases: [Case; 2],
-    /// Auxiliary rays beside the mirror's border, and beside the emitter's image in it.
+    /// Auxiliary rays next to the mirror's border, and next to the emitter's image in it.
     pub(super) rays: [Vec<AuxiliaryRay>; 2],
 }
 
@@ -116,7 +116,7 @@ impl Study {
     }
 }
 
-/// Film coordinates beside the mirror's border, and beside the emitter's image.
+/// Film coordinates next to the mirror's border, and next to the emitter's image.
 fn places(world: &World, camera: &Camera) -> [f64; 2] {
     let single = WarpedArea {
         warp: Warp { debias: Debias::Consistent { rays: 1 }, ..Warp::default() },

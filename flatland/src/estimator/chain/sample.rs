@@ -276,7 +276,8 @@ fn hits(
         distances.map(move |(k, distance)| (Point { ray, index: Some((part, k)) }, distance))
     };
     let mut hits: Vec<(Point, f64)> = points(0).collect();
-    if chain.end == End::Environment {
+    // A chain of no points, if none are allowed, is black as the environment is: at rest.
+    if chain.end == End::Environment || hits.is_empty() {
         hits.push((Point { ray, index: None }, far));
     }
     match fault {

@@ -206,3 +206,14 @@ fn reverse_is_the_transpose_of_forward() {
         assert!((along - back).abs() < 1e-9 * along.abs().max(1.0), "{}: {along} {back}", case.name);
     }
 }
+
+/// Chains of no points are black, and no parameter leads to a panic.
+#[test]
+fn no_points_are_black() {
+    let camera = camera(Filter::Box);
+    for case in cases() {
+        let method = WarpedArea { samples: 2, longest: 0, ..WarpedArea::default() };
+        let estimate = method.forward(&case.world, &camera, &case.rates).expect("an estimate");
+        assert!(estimate.mean.iter().all(|&d| d == 0.0), "{}", case.name);
+    }
+}

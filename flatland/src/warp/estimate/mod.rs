@@ -77,12 +77,12 @@ impl Warp {
         self.combine(&bundle, logs, terms, |i| i..i + 1)
     }
 
-    /// [`stencil_of`](Self::stencil_of) with several hits for every draw, each of which has a weight of its
-    /// own: the points of a [chain](crate::chain).
+    /// [`stencil_of`](Self::stencil_of) with several hits for every draw, the points of a
+    /// [chain](crate::chain). Each has its own weight.
     ///
     /// A hit at a distance s beyond the reach R of the boundary function B ~ sᵖ has its weight multiplied by
-    /// (R/s)^pγ. Where a mirror or lens focuses, s and the hit's velocity grow together without bound, and
-    /// their product with this weight does not.
+    /// (R/s)^pγ. In the focus of a mirror or lens, s and the hit's velocity are unbounded; the weight times
+    /// the velocity is not.
     ///
     /// # Panics
     /// If there is not at least one hit, with its distance to the nearest discontinuity, for every draw.

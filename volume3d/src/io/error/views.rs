@@ -17,9 +17,9 @@ pub enum ViewsProblem {
     /// A key or a word is missing.
     #[error("there is no {what}; expected {expected}")]
     Missing {
-        /// What is missing.
+        /// The missing part of the file.
         what: String,
-        /// What should be there.
+        /// The expected content.
         expected: &'static str,
     },
     /// A value is not what it should be.
@@ -29,7 +29,7 @@ pub enum ViewsProblem {
         what: String,
         /// The value, cut after 60 characters.
         found: String,
-        /// What it should be.
+        /// The expected value.
         expected: &'static str,
     },
     /// The lens distorts.

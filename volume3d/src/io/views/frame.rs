@@ -15,7 +15,7 @@ const TOLERANCE: f64 = 1e-3;
 /// A picture as its file of cameras describes it.
 #[derive(Clone, Debug)]
 pub(in crate::io) struct Frame {
-    /// Where it is described.
+    /// File, and line or key, that describe the frame.
     pub(super) at: At,
     /// The picture, as it is named there.
     pub(super) picture: String,

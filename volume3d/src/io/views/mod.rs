@@ -9,9 +9,9 @@
 //! | [`Views::from_look_at`] | positions and targets | | |
 //!
 //! Focal lengths may differ and principal points may be anywhere. Lenses that distort are refused by name,
-//! since they are no [`Camera`](crate::scene::Camera). A picture may be a copy in fewer pixels of the one that
-//! its camera describes. Names of views are those of pictures, without the extension, and in the order of the file; of
-//! COLMAP, sorted.
+//! since they are no [`Camera`](crate::scene::Camera). A picture may be a copy in fewer pixels of the one
+//! that its camera describes. A view has the name of its picture, without the extension. Views are in the
+//! order of the file; those of COLMAP are sorted by name.
 
 mod colmap;
 mod frame;

@@ -55,7 +55,7 @@ impl PosedPicture {
     /// Reads the weights of pixels, from 0 to 1, if there are any, and reduces them like the picture.
     ///
     /// # Errors
-    /// Those of [`load`](Self::load).
+    /// The errors of [`load`](Self::load).
     pub fn load_weights(&self) -> Result<Option<Image>, Error> {
         self.weights.as_deref().map(|path| self.numbers(path)).transpose()
     }
@@ -63,7 +63,7 @@ impl PosedPicture {
     /// Reads the mask as numbers from 0 to 1, if there is one, and reduces it like the picture.
     ///
     /// # Errors
-    /// Those of [`load`](Self::load).
+    /// The errors of [`load`](Self::load).
     pub fn load_mask(&self) -> Result<Option<Image>, Error> {
         self.mask.as_deref().map(|path| self.numbers(path)).transpose()
     }

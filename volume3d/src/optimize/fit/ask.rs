@@ -10,7 +10,7 @@ use super::{Fit, FitError, STEP};
 use crate::gradient::Progress;
 use crate::scene::Scene;
 
-/// What the parts of a round led to.
+/// Result of the parts of a round.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Told {
     /// The images are complete; [`Fit::ask`] now gives the tasks of their derivatives.
@@ -20,7 +20,7 @@ pub enum Told {
 }
 
 impl Fit {
-    /// Estimates each view of a step by the mean of so many independent estimates, each with all samples of
+    /// Estimates each view of a step by the mean of `chunks` independent estimates, each with all samples of
     /// [`image_samples`](super::super::Objective::image_samples) and of the reverse method; 1 by default.
     /// More chunks are more tasks. Results depend on their number, but not on where they are run.
     #[must_use]

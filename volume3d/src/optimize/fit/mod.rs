@@ -79,9 +79,9 @@ pub struct Fit {
     times: Times,
     /// Number of independent estimates of each view in a step.
     chunks: usize,
-    /// What the first round of the current step found, if its second round is due.
+    /// Result of the first round of the current step, if its second round is due.
     compared: Option<Compared>,
-    /// What identifies the tasks that were asked for.
+    /// Checksums that identify the tasks of [`ask`](Fit::ask).
     problem: Option<Problem>,
     /// Fingerprint of each view, once needed.
     fingerprints: Vec<OnceLock<u32>>,

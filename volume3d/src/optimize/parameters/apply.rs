@@ -50,7 +50,7 @@ impl Parameters {
         Ok(())
     }
 
-    /// Whether a scene has a parameter, with so many numbers.
+    /// Whether a scene has a parameter with this number of numbers.
     fn is_of(&self, scene: &Scene, member: Member, numbers: usize) -> bool {
         let d = scene.description();
         let object = match member.quantity {
@@ -202,8 +202,8 @@ impl Parameters {
     }
 }
 
-/// What applying may set before it fails: a description without meshes and textures, and the radiance of each
-/// shape.
+/// Everything that `apply` may set before it fails: a description without meshes and textures, and the
+/// radiance of each shape.
 fn saved(scene: &Scene) -> (Description, Vec<Option<DVec3>>) {
     let d = scene.description();
     let mut saved = Description::new(d.camera.clone(), d.film);
