@@ -24,7 +24,7 @@ pub(super) fn draw(study: &Study) -> Canvas {
     let mut figure = Figure::new(960.0, 640.0, "What no list of edges says: an emitter in a curved mirror");
     let rows = figure.body.rows(&[1.25, 1.0], GUTTER);
     let top = rows[0].columns(&[1.0, 1.0], GUTTER);
-    let titles = ["auxiliary rays beside the emitter’s image", "auxiliary rays beside the mirror’s border"];
+    let titles = ["auxiliary rays next to the emitter’s image", "auxiliary rays next to the mirror’s border"];
     for ((space, title), rays) in top.into_iter().zip(titles).zip([&study.rays[1], &study.rays[0]]) {
         let space = figure.panel(space, title);
         figure.canvas.clipped(space, |canvas| world(canvas, space, study, rays));
@@ -47,7 +47,7 @@ fn derivatives(case: &Case) -> Axes {
     }
     let exact = case.exact.iter().map(ChainTerms::total).enumerate().map(|(i, d)| [at(i), d]);
     axes.line(exact, &Style::new(Color::INK).width(1.2).dashed().labelled("exact"));
-    axes.legend(Legend::BottomRight)
+    axes.legend(Legend::TopLeft)
 }
 
 fn world(canvas: &mut Canvas, space: Rect, study: &Study, rays: &[AuxiliaryRay]) {
