@@ -55,7 +55,7 @@ pub use auxiliary::AuxiliaryPoints;
 pub use boundary::BoundaryFunction;
 pub use debias::Debias;
 pub use domain::{Circle, Domain, Draw, Line, Plane, Vector};
-pub use estimate::Bundle;
+pub use estimate::{Bundle, ChainHit};
 #[cfg(test)]
 pub(crate) use field::assert_transposed;
 pub use field::{Field, LinearField, WarpField};

@@ -3,8 +3,9 @@
 use flatland::random::Stream;
 use glam::{DVec2, DVec3};
 
+use super::chain::Through;
 use super::film::FilmPlane;
-use crate::path::{Calculus, Kernel};
+use crate::path::{Calculus, Frame, Kernel};
 use crate::scene::{Hit, Scene, Surface};
 
 /// A film point u + ε V(u), with the Jacobian 1 + ε ∇·V(u) of the change of variables.
@@ -21,6 +22,16 @@ pub(super) trait Differential: Calculus {
 
     /// The warp at a film point, given the surface seen there, if any.
     fn film_warp(&mut self, film: &FilmPlane, u: DVec2, seen: Option<Surface>) -> FilmPoint<Self::Number>;
+
+    /// The film point warped for light through a chain, seen from a camera frame; `None` if it is the same for
+    /// all light.
+    fn chain_film_warp(
+        &mut self,
+        film: &FilmPlane,
+        frame: &Frame<Self::Number>,
+        u: DVec2,
+        through: Through<'_>,
+    ) -> Option<FilmPoint<Self::Number>>;
 
     /// Whether the warp may be nonzero at a direction seen from a static point x.
     fn may_warp(&self, x: DVec3, direction: DVec3, kernel: &Kernel) -> bool;

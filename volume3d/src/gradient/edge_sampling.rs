@@ -86,7 +86,7 @@ impl EdgeSampling {
         change: &Tangent,
         progress: &Progress,
     ) -> Result<GradientImage, GradientError> {
-        let left_out = left_out_of_tangent(scene, change, &self.allow_missing)?;
+        let left_out = left_out_of_tangent(scene, change, false, &self.allow_missing)?;
         self.check(change.is_geometric())?;
         if change.is_geometric() {
             supports_meshes_only(scene, "edge sampling")?;
@@ -117,7 +117,7 @@ impl EdgeSampling {
         active: &ActiveParameters,
         progress: &Progress,
     ) -> Result<Gradient, GradientError> {
-        let left_out = left_out_of_active(scene, active, &self.allow_missing)?;
+        let left_out = left_out_of_active(scene, active, false, &self.allow_missing)?;
         self.check(active.is_geometric())?;
         if active.is_geometric() {
             supports_meshes_only(scene, "edge sampling")?;

@@ -2,17 +2,18 @@
 
 use flatland::calculus::{Dual, Number, Rgb, Vec3};
 use flatland::random::Stream;
-use flatland::sdf::{Jet, Sdf as _};
+use flatland::sdf::{Jet, Sdf as _, SecondOrder};
 use flatland::warp::{Field, LinearField as _};
 use glam::{DVec2, DVec3};
 
 use super::CameraTangent;
 use super::auxiliary::Auxiliary;
 use super::border::border;
+use super::chain::{self, Through};
 use super::differential::{Differential, FilmPoint};
 use super::film::FilmPlane;
 use super::motion::Motion;
-use crate::path::{BorderSample, Calculus, CameraMotion, Kernel, Warped};
+use crate::path::{BorderSample, Branch, Calculus, CameraMotion, Frame, Kernel, Warped};
 use crate::scene::{Hit, Scene, Surface};
 
 /// Lane of a dual number. Three lanes keep the terms apart:
@@ -59,6 +60,38 @@ fn lane<const N: usize>(v: Vec3<Dual<N>>, lane: usize) -> DVec3 {
     DVec3::new(v.x.tangent[lane], v.y.tangent[lane], v.z.tangent[lane])
 }
 
+/// The rate of a field, which is not the interior term's: motion of the scene goes to `lane`.
+fn to_warp<const N: usize>(mut rate: Dual<N>, lane: usize) -> Dual<N> {
+    if N > 1 {
+        rate.tangent[lane] += rate.tangent[INTERIOR];
+        rate.tangent[INTERIOR] = 0.0;
+    }
+    rate
+}
+
+/// x and ∇φ on a moving level set, with φ̇ and ∇φ̇ of every lane: ẋ − ω (φ̇ + ∇φ·ẋ)/(∇φ·ω), and ∇φ changes with
+/// x and with the parameters.
+pub(super) fn level_set<const N: usize>(
+    there: &SecondOrder<DVec3>,
+    x: Vec3<Dual<N>>,
+    direction: DVec3,
+    own: impl Fn(usize) -> Jet<DVec3>,
+) -> (Vec3<Dual<N>>, Vec3<Dual<N>>) {
+    let along = there.jet.gradient.dot(direction);
+    let (mut position, mut gradient) = (x, Vec3::constant(there.jet.gradient));
+    for l in 0..N {
+        let (own, rate) = (own(l), lane(x, l));
+        let moved = rate - direction * ((own.value + there.jet.gradient.dot(rate)) / along);
+        let turned = own.gradient + there.hessian * moved;
+        for (number, rate) in [(&mut position, moved), (&mut gradient, turned)] {
+            number.x.tangent[l] = rate.x;
+            number.y.tangent[l] = rate.y;
+            number.z.tangent[l] = rate.z;
+        }
+    }
+    (position, gradient)
+}
+
 impl<const N: usize> Differential for Forward<'_, N> {
     fn look(&mut self, scene: &Scene, origin: DVec3, direction: DVec3) -> Option<Hit> {
         match &mut self.auxiliary {
@@ -99,6 +132,23 @@ impl<const N: usize> Differential for Forward<'_, N> {
         }
     }
 
+    fn chain_film_warp(
+        &mut self,
+        film: &FilmPlane,
+        frame: &Frame<Dual<N>>,
+        u: DVec2,
+        through: Through<'_>,
+    ) -> Option<FilmPoint<Dual<N>>> {
+        let auxiliary = self.auxiliary.as_mut().filter(|a| a.follows_chains)?;
+        let kernel = chain::Kernel { warp: auxiliary.warp, kappa: auxiliary.paths.kernels.film };
+        let bundle = auxiliary.chain_bundle(u, kernel.kappa);
+        let (warp, rays) = chain::on_film(self, self.scene, (film, frame), u, &bundle, kernel, through);
+        self.auxiliary.as_mut()?.count(rays);
+        let still =
+            FilmPoint { at: [Dual::constant(u.x), Dual::constant(u.y)], jacobian: Dual::constant(1.0) };
+        Some(warp.map_or(still, |warp| chain::film_point(u, &warp.map(|rate| to_warp(rate, PRIMARY)))))
+    }
+
     fn may_warp(&self, x: DVec3, direction: DVec3, kernel: &Kernel) -> bool {
         self.auxiliary.as_ref().is_some_and(|auxiliary| auxiliary.may_warp(x, direction, kernel))
     }
@@ -128,8 +178,6 @@ impl<const N: usize> Calculus for Forward<'_, N> {
         moving3(self.scene.normals[i], self.motion.normals[i])
     }
 
-    /// x and ∇φ on the moving level set: ẋ − ω (φ̇ + ∇φ·ẋ)/(∇φ·ω), and ∇φ changes with x and with the
-    /// parameters.
     fn level_set(&self, implicit: u32, x: Vec3<Dual<N>>, direction: DVec3) -> (Vec3<Dual<N>>, Vec3<Dual<N>>) {
         let shape = &self.scene.implicits()[implicit as usize];
         let at = x.value();
@@ -137,20 +185,7 @@ impl<const N: usize> Calculus for Forward<'_, N> {
         let rates = &self.motion.implicits[implicit as usize];
         let moves = self.motion.moves_implicit[implicit as usize];
         let own = if moves { rates.rate(shape, at, &there) } else { Jet::ZERO };
-        let along = there.jet.gradient.dot(direction);
-        let (mut position, mut gradient) = (x, Vec3::constant(there.jet.gradient));
-        for l in 0..N {
-            let own = if l == INTERIOR { own } else { Jet::ZERO };
-            let rate = lane(x, l);
-            let moved = rate - direction * ((own.value + there.jet.gradient.dot(rate)) / along);
-            let turned = own.gradient + there.hessian * moved;
-            for (number, rate) in [(&mut position, moved), (&mut gradient, turned)] {
-                number.x.tangent[l] = rate.x;
-                number.y.tangent[l] = rate.y;
-                number.z.tangent[l] = rate.z;
-            }
-        }
-        (position, gradient)
+        level_set(&there, x, direction, |lane| if lane == INTERIOR { own } else { Jet::ZERO })
     }
 
     fn reflectance(&self, material: usize, value: DVec3) -> Rgb<Dual<N>> {
@@ -277,5 +312,30 @@ impl<const N: usize> Calculus for Forward<'_, N> {
             warped.jacobian.tangent[l] = field.divergence;
         }
         warped
+    }
+
+    fn follows_chains(&self) -> bool {
+        self.auxiliary.as_ref().is_some_and(|auxiliary| auxiliary.follows_chains)
+    }
+
+    fn chain_warp(
+        &mut self,
+        origin: Vec3<Dual<N>>,
+        from: Surface,
+        direction: DVec3,
+        kernel: Kernel,
+        chain: &[Branch],
+        light: Option<usize>,
+    ) -> Warped<Dual<N>> {
+        let still = Warped::still(direction);
+        let Some(auxiliary) = &mut self.auxiliary else { return still };
+        let kernel = chain::Kernel { warp: auxiliary.warp, kappa: kernel.kappa };
+        let bundle = auxiliary.chain_bundle(direction, kernel.kappa);
+        let (start, through) = ((origin, from), Through { chain, light });
+        let (warp, rays) = chain::on_sphere(self, self.scene, start, direction, &bundle, kernel, through);
+        if let Some(auxiliary) = &mut self.auxiliary {
+            auxiliary.count(rays);
+        }
+        warp.map_or(still, |warp| chain::warped(direction, &warp.map(|rate| to_warp(rate, SECONDARY))))
     }
 }

@@ -53,6 +53,7 @@ mod auxiliary;
 mod border;
 mod by_name;
 mod camera_rays;
+mod chain;
 mod contribution;
 mod curve;
 mod differential;

@@ -118,6 +118,22 @@ impl Unsupported {
     }
 }
 
+impl Unsupported {
+    /// Whether the field of chains follows it.
+    fn is_in_a_chain(&self) -> bool {
+        matches!(
+            self,
+            Self::Mirror { .. } | Self::Transmission { .. } | Self::Delta { .. } | Self::Parallel { .. }
+        )
+    }
+}
+
+/// Whether light reaches the camera through ideal boundaries or transmissive surfaces, or from lights without
+/// extent.
+pub(super) fn has_chains(scene: &Scene) -> bool {
+    jumps_unseen(scene).iter().any(Unsupported::is_in_a_chain)
+}
+
 /// Everything in a scene that prevents gradients along a tangent by methods other than [finite
 /// differences](super::FiniteDifference).
 #[must_use]
@@ -129,7 +145,7 @@ pub fn unsupported(scene: &Scene, change: &Tangent) -> Vec<Unsupported> {
         Missing::PointLight,
         Missing::ParallelLight,
     ];
-    left_out_of_tangent(scene, change, &all).unwrap_or_else(|refused| vec![refused])
+    left_out_of_tangent(scene, change, false, &all).unwrap_or_else(|refused| vec![refused])
 }
 
 /// Discontinuities of a tangent whose motion would be lost, if all of them are permitted.
@@ -139,12 +155,13 @@ pub fn unsupported(scene: &Scene, change: &Tangent) -> Vec<Unsupported> {
 pub(super) fn left_out_of_tangent(
     scene: &Scene,
     change: &Tangent,
+    follows_chains: bool,
     allowed: &[Missing],
 ) -> Result<Vec<Unsupported>, Unsupported> {
     supports_field_of_view(scene, change)?;
     let still = |l: usize| change.pose[l] == DVec3::ZERO && change.light_rotation[l] == DVec3::ZERO;
     let moved = (0..change.pose.len()).filter(|&l| !still(l));
-    left_out(scene, change.is_geometric(), moved, allowed)
+    left_out(scene, change.is_geometric(), moved, (follows_chains, allowed))
 }
 
 /// Like [`left_out_of_tangent`], for active parameters.
@@ -154,10 +171,11 @@ pub(super) fn left_out_of_tangent(
 pub(super) fn left_out_of_active(
     scene: &Scene,
     active: &ActiveParameters,
+    follows_chains: bool,
     allowed: &[Missing],
 ) -> Result<Vec<Unsupported>, Unsupported> {
     let moved = (0..active.poses.len()).filter(|&l| active.poses[l]);
-    left_out(scene, active.is_geometric(), moved, allowed)
+    left_out(scene, active.is_geometric(), moved, (follows_chains, allowed))
 }
 
 /// Refuses a change of the field of view of a camera that has none.
@@ -186,11 +204,12 @@ fn left_out(
     scene: &Scene,
     geometric: bool,
     moved: impl Iterator<Item = usize>,
-    allowed: &[Missing],
+    (follows_chains, allowed): (bool, &[Missing]),
 ) -> Result<Vec<Unsupported>, Unsupported> {
     supports_no_media(scene)?;
     let all = if geometric { jumps_unseen(scene) } else { Vec::new() };
     let all = if sees_no_reflection(scene) { all } else { with_lights(all, scene, moved) };
+    let all: Vec<Unsupported> = all.into_iter().filter(|u| !(follows_chains && u.is_in_a_chain())).collect();
     let refused = all.iter().find(|jumps| jumps.missing().is_none_or(|kind| !allowed.contains(&kind)));
     refused.cloned().map_or(Ok(all), Err)
 }

@@ -3,6 +3,7 @@
 use flatland::calculus::{Number, Rgb, Vec3};
 use glam::DVec3;
 
+use super::bsdf::Branch;
 use crate::scene::{Hit, SHORT, Scene, Span, Surface};
 
 /// A camera frame over numbers, with the focal length in pixels.
@@ -220,4 +221,24 @@ pub(crate) trait Calculus {
         direction: DVec3,
         kernel: Kernel,
     ) -> Warped<Self::Number>;
+
+    /// Whether chains of ideal boundaries, and lights without extent, have warps of their own.
+    fn follows_chains(&self) -> bool {
+        false
+    }
+
+    /// The warp at direction ω seen from `origin` on surface `from`, for light that comes along the branches
+    /// of a chain and then, if given, from a light without extent.
+    fn chain_warp(
+        &mut self,
+        origin: Vec3<Self::Number>,
+        from: Surface,
+        direction: DVec3,
+        kernel: Kernel,
+        chain: &[Branch],
+        light: Option<usize>,
+    ) -> Warped<Self::Number> {
+        let _ = (origin, from, kernel, chain, light);
+        Warped::still(direction)
+    }
 }

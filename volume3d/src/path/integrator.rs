@@ -6,10 +6,11 @@ use glam::DVec3;
 
 use super::bsdf::{Bounce, Ideal, Sampled, Shading};
 use super::calculus::{Calculus, Kernel, VisibilityDomain, Warped};
+use super::chain::{Departure, Parts, Passed, Trail};
 use super::emission::{emitted, radiance_at};
 use super::environment::distant;
 use super::kernels::Kernels;
-use super::lights::{LightId, Lights};
+use super::lights::{LightId, LightSample, Lights};
 use super::plain::Plain;
 use super::sequence::Draws;
 use super::surface::SurfacePoint;
@@ -45,14 +46,14 @@ pub(super) struct Vertex<'v, 's, T> {
 }
 
 /// Continuation of a path.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Scattered<T> {
-    origin: Vec3<T>,
-    direction: Vec3<T>,
-    throughput: Rgb<T>,
+    pub(super) origin: Vec3<T>,
+    pub(super) direction: Vec3<T>,
+    pub(super) throughput: Rgb<T>,
     /// Accumulated compression of radiance, η²: Russian roulette must not treat it as loss.
-    compression: f64,
-    hit: Option<Hit>,
+    pub(super) compression: f64,
+    pub(super) hit: Option<Hit>,
 }
 
 impl<T: Number> Scattered<T> {
@@ -100,10 +101,24 @@ impl<'s> Paths<'s> {
         depth: usize,
         samples: &mut Draws<'_>,
     ) -> Rgb<C::Number> {
-        let path = Scattered::new(origin, direction, hit);
-        let mut total = self.seen_first(calculus, &path, depth);
-        self.follow(calculus, path, depth, &mut total, samples);
+        let mut total = Rgb::constant(DVec3::ZERO);
+        self.radiance_in_parts(calculus, &mut total, (origin, direction), hit, depth, samples);
         total
+    }
+
+    /// [`radiance`](Self::radiance), with a sum for every warp.
+    pub(crate) fn radiance_in_parts<C: Calculus>(
+        &self,
+        calculus: &mut C,
+        parts: &mut impl Parts<C>,
+        (origin, direction): (Vec3<C::Number>, Vec3<C::Number>),
+        hit: Option<Hit>,
+        depth: usize,
+        samples: &mut Draws<'_>,
+    ) {
+        let path = Scattered::new(origin, direction, hit);
+        *parts.total() = self.seen_first(calculus, &path, depth);
+        self.follow(calculus, path, depth, &mut Trail::new(), parts, samples);
     }
 
     /// Emission at the end of the `depth`-th segment of a path.
@@ -125,13 +140,20 @@ impl<'s> Paths<'s> {
         calculus: &mut C,
         mut path: Scattered<C::Number>,
         mut depth: usize,
-        total: &mut Rgb<C::Number>,
+        trail: &mut Trail<C::Number>,
+        parts: &mut impl Parts<C>,
         samples: &mut Draws<'_>,
     ) {
         while let Some(point) = self.arrive(calculus, &path, depth)
             && let Some(shading) = &point.shading(self.scene, calculus)
-            && let Some(next) =
-                self.reflect_at(calculus, Vertex { point: &point, shading }, &path, depth, total, samples)
+            && let Some(next) = self.reflect_at(
+                calculus,
+                Vertex { point: &point, shading },
+                &path,
+                depth,
+                (&mut *trail, &mut *parts),
+                samples,
+            )
         {
             path = next;
             depth += 1;
@@ -159,14 +181,51 @@ impl<'s> Paths<'s> {
         vertex: Vertex<'_, '_, C::Number>,
         path: &Scattered<C::Number>,
         depth: usize,
-        total: &mut Rgb<C::Number>,
+        (trail, parts): (&mut Trail<C::Number>, &mut impl Parts<C>),
         samples: &mut Draws<'_>,
     ) -> Option<Scattered<C::Number>> {
-        *total = *total + path.throughput * self.next_event(calculus, vertex, samples);
+        let (light, delta) = self.next_event(calculus, vertex, samples);
+        let total = parts.total();
+        *total = *total + path.throughput * light;
+        if let Some(towards) = delta {
+            self.add_delta_light(calculus, vertex, path, &towards, trail, parts);
+        }
         let survival = self.roulette(path, depth, samples)?;
-        let throughput = path.throughput * C::Number::constant(survival);
         let goes_on = depth + 1 < self.limit();
-        self.scatter(calculus, vertex, &Scattered { throughput, ..*path }, goes_on, total, samples)
+        self.scatter(calculus, vertex, path, (survival, goes_on), (trail, parts), samples)
+    }
+
+    /// Adds the reflected light of a point or a single direction, which has a warp of its own.
+    fn add_delta_light<C: Calculus>(
+        &self,
+        calculus: &mut C,
+        vertex: Vertex<'_, '_, C::Number>,
+        path: &Scattered<C::Number>,
+        towards: &LightSample,
+        trail: &Trail<C::Number>,
+        parts: &mut impl Parts<C>,
+    ) {
+        let LightId::Light(index) = towards.id else { return };
+        if parts.is_first_alone() && matches!(trail.departure, Departure::Film) {
+            return;
+        }
+        let Some(again) = self.again(calculus, parts, trail, path.hit, Some(index as usize)) else {
+            let light = path.throughput * self.delta_light(calculus, vertex, towards);
+            let total = parts.total();
+            *total = *total + light;
+            return;
+        };
+        let point = again.hit.map(|hit| self.point_at(calculus, &again, &hit));
+        if let Some(point) = &point
+            && let Some(shading) = &point.shading(self.scene, calculus)
+        {
+            let light = self.delta_light(calculus, Vertex { point, shading }, towards);
+            let total = parts.total();
+            *total = *total + again.throughput * light;
+        }
+        if matches!(trail.departure, Departure::Film) {
+            parts.resume();
+        }
     }
 
     /// Largest number of segments of a path.
@@ -249,24 +308,43 @@ impl<'s> Paths<'s> {
         calculus: &mut C,
         vertex: Vertex<'_, '_, C::Number>,
         path: &Scattered<C::Number>,
-        goes_on: bool,
-        total: &mut Rgb<C::Number>,
+        (survival, goes_on): (f64, bool),
+        (trail, parts): (&mut Trail<C::Number>, &mut impl Parts<C>),
         samples: &mut Draws<'_>,
     ) -> Option<Scattered<C::Number>> {
         let Vertex { point, shading } = vertex;
-        let (x, origin, throughput) = (point.position.value(), point.position, path.throughput);
+        let throughput = path.throughput * C::Number::constant(survival);
+        let path = &Scattered { throughput, ..*path };
+        let (x, origin) = (point.position.value(), point.position);
         let (c, [a, b]) = (samples.one(), samples.pair());
-        let sampled = match shading.sample([a, b, c])? {
+        let numbers = [a, b, c];
+        let sampled = match shading.sample(numbers)? {
             Bounce::Smooth(sampled) => sampled,
-            Bounce::Ideal(Ideal { direction, factor }) => {
+            Bounce::Ideal(Ideal { branch, direction, factor }) => {
+                if parts.is_first_alone() && matches!(trail.departure, Departure::Film) {
+                    return None;
+                }
                 let hit = self.scene.closest(x, direction.value(), Some(point.surface));
-                let compression = path.compression * shading.compression(direction.value());
-                let next = Scattered { origin, direction, throughput: throughput * factor, compression, hit };
+                if let Some(hit) = path.hit.filter(|_| calculus.follows_chains()) {
+                    trail.pass(branch, Passed { hit, numbers, survival });
+                }
+                let next = self.again(calculus, parts, trail, hit, None).unwrap_or_else(|| {
+                    let compression = path.compression * shading.compression(direction.value());
+                    Scattered { origin, direction, throughput: throughput * factor, compression, hit }
+                });
                 // Next-event estimation never samples an ideal direction: the weight is 1.
-                *total = *total + next.throughput * self.seen(calculus, &next);
+                let seen = next.throughput * self.seen(calculus, &next);
+                let total = parts.total();
+                *total = *total + seen;
                 return (goes_on && hit.is_some()).then_some(next);
             }
         };
+        let notes = calculus.follows_chains() || parts.is_first_alone();
+        let total = parts.total();
+        if let Some(hit) = path.hit.filter(|_| notes) {
+            let Sampled { direction, density } = sampled;
+            trail.depart(Departure::Bounce { arriving: *path, hit, direction, density });
+        }
         let Sampled { direction, density } = sampled;
         let hit = if goes_on || self.lights.may_be_hit(x, direction) {
             calculus.next_hit(self.scene, x, point.surface, direction)
@@ -289,7 +367,13 @@ impl<'s> Paths<'s> {
         } else {
             let sees = if goes_on { VisibilityDomain::Radiance } else { VisibilityDomain::Distant };
             let kernel = || self.kernels.of_bounce(shading, sees, hit.map(|h| h.surface));
-            warp(calculus, vertex, direction, kernel)
+            // Curves that a field leaves are not sampled behind ideal boundaries.
+            let has_curves = trail.has_passed && !self.scene.normals.is_empty();
+            if has_curves && calculus.follows_chains() {
+                calculus.chain_warp(point.position, point.surface, direction, kernel(), &[], None)
+            } else {
+                warp(calculus, vertex, direction, kernel)
+            }
         };
         let reflected = throughput * reflect(shading, &warped, 1.0 / density);
         if hit.is_none() {
@@ -358,8 +442,8 @@ impl<'s> Paths<'s> {
     }
 }
 
-/// The warp at a vertex. At transmissive surfaces no warp is applied, as no field follows discontinuities on
-/// their far side.
+/// The warp at a vertex. At transmissive surfaces it is that of chains, the only field that follows
+/// discontinuities on both sides.
 #[inline]
 pub(super) fn warp<C: Calculus>(
     calculus: &mut C,
@@ -367,8 +451,14 @@ pub(super) fn warp<C: Calculus>(
     direction: DVec3,
     kernel: impl FnOnce() -> Kernel,
 ) -> Warped<C::Number> {
-    if !C::WARPS || shading.transmits() {
+    if !C::WARPS {
         return Warped::still(direction);
+    }
+    if shading.transmits() {
+        if !calculus.follows_chains() {
+            return Warped::still(direction);
+        }
+        return calculus.chain_warp(point.position, point.surface, direction, kernel(), &[], None);
     }
     calculus.warp(point.position, point.surface, direction, kernel())
 }

@@ -2,6 +2,7 @@
 
 mod bsdf;
 mod calculus;
+mod chain;
 mod emission;
 mod emitter;
 mod environment;
@@ -21,8 +22,9 @@ mod surface;
 mod texture;
 mod wave;
 
-pub(crate) use bsdf::{Bounce, Shading};
+pub(crate) use bsdf::{Bounce, Branch, Shading};
 pub(crate) use calculus::{BorderSample, Calculus, CameraMotion, Frame, Kernel, VisibilityDomain, Warped};
+pub(crate) use chain::Parts;
 pub(crate) use emission::radiance_at;
 pub(crate) use integrator::Paths;
 pub use kernels::Kernels;

@@ -14,19 +14,23 @@ use super::spot::profile;
 use crate::scene::{Light, Surface};
 
 impl Paths<'_> {
-    /// Direct light reflected at a point, from a sampled light.
+    /// Direct light reflected at a point, from a sampled light; a light without extent that is visible is
+    /// returned.
     #[inline]
     pub(super) fn next_event<C: Calculus>(
         &self,
         calculus: &mut C,
         vertex: Vertex<'_, '_, C::Number>,
         samples: &mut Draws<'_>,
-    ) -> Rgb<C::Number> {
+    ) -> (Rgb<C::Number>, Option<LightSample>) {
         let zero = Rgb::constant(DVec3::ZERO);
         let Vertex { point, shading } = vertex;
         let (choice, [a, b]) = (samples.one(), samples.pair());
         let x = point.position.value();
-        let Some(towards) = self.lights.sample(self.scene, x, [choice, a, b]) else { return zero };
+        if shading.is_ideal() {
+            return (zero, None);
+        }
+        let Some(towards) = self.lights.sample(self.scene, x, [choice, a, b]) else { return (zero, None) };
         let LightSample { id, sampled: Sampled { direction, density }, distance, surface, delta } = towards;
         let border = match id {
             LightId::Shape(shape) if !shading.transmits() => {
@@ -40,15 +44,15 @@ impl Paths<'_> {
         });
         let hidden = || self.scene.shadowed_before(x, point.surface, direction, distance, surface);
         if !shading.receives(direction) || hidden() {
-            return border + zero;
+            return (border + zero, None);
         }
         if delta {
-            return border + self.delta_light(calculus, vertex, &towards);
+            return (border, Some(towards));
         }
         let weight = density / (density + shading.density(direction));
         let (reflected, emitted) =
             self.light_along(calculus, vertex, (id, surface), direction, weight / density);
-        border + reflected * emitted
+        (border + reflected * emitted, None)
     }
 
     /// Reflected light of one emitter along a sampled direction, in which its surface is seen (or none): f
@@ -82,9 +86,8 @@ impl Paths<'_> {
         (reflect(shading, &warped, weight), emitted)
     }
 
-    /// Light from a point or a single direction. It is not warped: the motion of its shadows is missing, and
-    /// scenes in which they move are refused.
-    fn delta_light<C: Calculus>(
+    /// Light from a point or a single direction, if it is visible.
+    pub(super) fn delta_light<C: Calculus>(
         &self,
         calculus: &C,
         Vertex { point, shading }: Vertex<'_, '_, C::Number>,

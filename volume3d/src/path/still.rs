@@ -1,8 +1,9 @@
 //! Radiance without derivatives, with or without media.
 
-use flatland::calculus::Vec3;
+use flatland::calculus::{Rgb, Vec3};
 use glam::DVec3;
 
+use super::chain::{FirstAlone, Trail};
 use super::integrator::{Paths, Scattered, Vertex};
 use super::plain::Plain;
 use super::sequence::Draws;
@@ -26,6 +27,22 @@ impl Paths<'_> {
         self.radiance(&mut Plain { scene: self.scene }, origin, direction, hit, depth, samples).value()
     }
 
+    /// The part of [`still_radiance`](Self::still_radiance) that the first point scatters, without chains and
+    /// lights without extent there.
+    pub(crate) fn still_radiance_of_first(
+        &self,
+        origin: DVec3,
+        direction: DVec3,
+        hit: Option<Hit>,
+        depth: usize,
+        samples: &mut Draws<'_>,
+    ) -> DVec3 {
+        let mut first = FirstAlone(Rgb::constant(DVec3::ZERO));
+        let ray = (Vec3::constant(origin), Vec3::constant(direction));
+        self.radiance_in_parts(&mut Plain { scene: self.scene }, &mut first, ray, hit, depth, samples);
+        first.0.value()
+    }
+
     /// Sum of [`still_radiance`](Self::still_radiance) along the first segment over several samples, bit for
     /// bit; the first vertex is shaded once.
     pub(crate) fn still_radiances<'d>(
@@ -45,12 +62,18 @@ impl Paths<'_> {
         let shading = point.as_ref().and_then(|point| point.shading(self.scene, calculus));
         let vertex = point.as_ref().zip(shading.as_ref());
         let one = |mut samples: Draws<'d>| {
-            let mut total = seen;
+            let (mut total, mut trail) = (seen, Trail::new());
             if let Some((point, shading)) = vertex
-                && let Some(next) =
-                    self.reflect_at(calculus, Vertex { point, shading }, &path, 1, &mut total, &mut samples)
+                && let Some(next) = self.reflect_at(
+                    calculus,
+                    Vertex { point, shading },
+                    &path,
+                    1,
+                    (&mut trail, &mut total),
+                    &mut samples,
+                )
             {
-                self.follow(calculus, next, 2, &mut total, &mut samples);
+                self.follow(calculus, next, 2, &mut trail, &mut total, &mut samples);
             }
             total.value()
         };

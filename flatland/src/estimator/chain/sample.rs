@@ -9,7 +9,7 @@ use crate::estimator::driver::Covectors;
 use crate::plane::Filter;
 use crate::random::{Stream, open01, stream};
 use crate::transport::Camera;
-use crate::warp::{Line, LinearField as _, Stencil};
+use crate::warp::{ChainHit, Line, LinearField as _, Stencil};
 
 /// A mistake that makes the derivative wrong, as a negative control.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -270,7 +270,7 @@ fn hits(
     part: usize,
     far: f64,
     fault: Option<Fault>,
-) -> Vec<(Point, f64)> {
+) -> Vec<ChainHit<Point>> {
     let points = |part: usize| {
         let distances = vertices(chain, part).iter().map(distance).enumerate();
         distances.map(move |(k, distance)| (Point { ray, index: Some((part, k)) }, distance))
@@ -295,7 +295,9 @@ fn hits(
     if part > 0 && fault != Some(Fault::NoShadows) {
         hits.extend(points(part));
     }
-    hits
+    // Far from both ends, s and V are unbounded in a focus.
+    let hit = |(hit, distance)| ChainHit { hit, distance, convergence: far / distance };
+    hits.into_iter().map(hit).collect()
 }
 
 /// Distance on the film, to first order, from a point to the end of its curve, or to the tangent of it.

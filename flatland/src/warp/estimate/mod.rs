@@ -29,6 +29,18 @@ impl<D: Domain> Bundle<D> {
     }
 }
 
+/// A point of a chain.
+#[derive(Clone, Copy, Debug)]
+pub struct ChainHit<H> {
+    /// The hit.
+    pub hit: H,
+    /// Distance over u to the end of its own object, as seen through the chain.
+    pub distance: f64,
+    /// Width of a beam of rays there, relative to one that is not focused; 1 or more without a focus. The
+    /// hit's velocity is inverse to it.
+    pub convergence: f64,
+}
+
 impl Warp {
     /// Draws auxiliary points around u and computes the coefficients of (V, ∇·V).
     ///
@@ -80,26 +92,25 @@ impl Warp {
     /// [`stencil_of`](Self::stencil_of) with several hits for every draw, the points of a
     /// [chain](crate::chain). Each has its own weight.
     ///
-    /// A hit at a distance s beyond the reach R of the boundary function B ~ sᵖ has its weight multiplied by
-    /// (R/s)^pγ. In the focus of a mirror or lens, s and the hit's velocity are unbounded; the weight times
-    /// the velocity is not.
+    /// In the focus of a mirror or lens, a hit's velocity is unbounded. Its weight is therefore multiplied by
+    /// the pγ-th power of its [convergence](ChainHit::convergence), for a boundary function B ~ sᵖ.
     ///
     /// # Panics
-    /// If there is not at least one hit, with its distance to the nearest discontinuity, for every draw.
+    /// If there is not at least one hit for every draw.
     #[must_use]
     pub fn chain_stencil<D: Domain, H>(
         &self,
         bundle: &Bundle<D>,
         kappa: f64,
-        hits: Vec<Vec<(H, f64)>>,
+        hits: Vec<Vec<ChainHit<H>>>,
     ) -> Stencil<D, H> {
         assert_eq!(bundle.draws.len(), hits.len(), "hits for every draw");
         let (mut logs, mut terms, mut first) = (vec![], vec![], vec![0]);
         for (draw, hits) in bundle.draws.iter().zip(hits) {
             assert!(!hits.is_empty(), "at least one hit for every draw");
-            for (hit, distance) in hits {
+            for ChainHit { hit, distance, convergence } in hits {
                 let mut log = self.weigh::<D>(draw, kappa, distance);
-                log.weight -= self.fading(distance, kappa);
+                log.weight += self.fading(convergence);
                 logs.push(log);
                 terms.push(Term { hit, weight: 0.0, divergence: D::Vector::ZERO });
             }
@@ -129,12 +140,11 @@ impl Warp {
         Stencil::new(point, terms)
     }
 
-    /// ln (s/R)^pγ beyond the reach R.
-    fn fading(&self, distance: f64, kappa: f64) -> f64 {
+    /// ln min(q, 1)^pγ for the convergence q.
+    fn fading(&self, convergence: f64) -> f64 {
         match self.weighting {
             Weighting::BoundaryAware { gamma, boundary } => {
-                let relative = distance / boundary.reach(kappa);
-                boundary.order() * gamma * relative.max(1.0).ln()
+                boundary.order() * gamma * convergence.min(1.0).ln()
             }
             Weighting::Gaussian => 0.0,
         }

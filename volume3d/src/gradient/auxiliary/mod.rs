@@ -9,7 +9,7 @@ use std::cell::Cell;
 
 use flatland::random::Stream;
 use flatland::sdf::{End, Trace};
-use flatland::warp::{Plane, Warp};
+use flatland::warp::{Bundle, Domain, Plane, Warp};
 use glam::{DVec2, DVec3};
 
 use self::ahead::Ahead;
@@ -63,6 +63,8 @@ pub(crate) struct Auxiliary<'s> {
     /// Edges of the scene, for fields that use them.
     pub(crate) edges: Option<&'s SceneEdges>,
     pub(crate) rng: Stream,
+    /// Whether chains of ideal boundaries, and lights without extent, have warps of their own.
+    pub(crate) follows_chains: bool,
     /// Whether film points come in random order, so that silhouettes near one are not reusable for the next.
     pub(crate) scattered: bool,
     rays: u64,
@@ -93,6 +95,7 @@ impl<'s> Auxiliary<'s> {
             construction,
             edges,
             rng,
+            follows_chains: false,
             scattered: false,
             rays: 0,
             work: 0,
@@ -108,6 +111,16 @@ impl<'s> Auxiliary<'s> {
     /// Number of rays traced.
     pub(crate) fn rays(&self) -> u64 {
         self.rays
+    }
+
+    /// Counts rays that were traced elsewhere.
+    pub(crate) fn count(&mut self, rays: u64) {
+        self.rays += rays;
+    }
+
+    /// Auxiliary points of a field of chains around one point.
+    pub(crate) fn chain_bundle<D: Domain>(&mut self, at: D::Vector, kappa: f64) -> Bundle<D> {
+        self.warp.bundle(at, kappa, &mut self.rng)
     }
 
     /// Work of means over discontinuities: their number plus the number of their edge pieces.

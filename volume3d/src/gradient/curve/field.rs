@@ -24,6 +24,12 @@ pub(in crate::gradient) trait WarpField: Copy + Debug + Sync {
     /// Softness, in radians, with which V follows the border of a triangle's face on the film; 0 unless the
     /// field is softened and the face narrow.
     fn border_softness(&self, film: &FilmPlane, triangle: u32) -> f64;
+
+    /// Whether chains of ideal boundaries, and lights without extent, have fields of their own, so that curves
+    /// of this one are only of the light that their first point scatters.
+    fn splits(&self) -> bool {
+        false
+    }
 }
 
 /// V = 0: edge sampling.
@@ -50,13 +56,14 @@ pub(in crate::gradient) struct Warping<'j> {
     pub(in crate::gradient) construction: Construction,
     pub(in crate::gradient) edges: Option<&'j SceneEdges>,
     pub(in crate::gradient) seed: u64,
+    pub(in crate::gradient) splits: bool,
 }
 
 impl WarpField for Warping<'_> {
     const IS_ZERO: bool = false;
 
     fn auxiliary<'a>(&'a self, bounds: &'a MovingBounds) -> Option<Auxiliary<'a>> {
-        let Self { paths, warp, construction, edges, seed } = *self;
+        let Self { paths, warp, construction, edges, seed, .. } = *self;
         let rng = stream(seed, &[WARPS]);
         let mut auxiliary = Auxiliary::new(paths, warp, bounds, construction, edges, rng);
         auxiliary.scattered = true;
@@ -68,5 +75,9 @@ impl WarpField for Warping<'_> {
             return 0.0;
         };
         edges.border_softness(triangle, film.still.origin.value(), softness * film.pixel_angle())
+    }
+
+    fn splits(&self) -> bool {
+        self.splits
     }
 }

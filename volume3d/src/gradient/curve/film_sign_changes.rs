@@ -211,7 +211,11 @@ impl<V: WarpField> Curve for FilmSignChanges<'_, V> {
         let [before, behind] = [-1.0, 1.0].map(|side| {
             let direction = film.ray(path.at + side * aside * turn.normal);
             let (origin, mut numbers) = (film.still.origin.value(), turn.numbers.clone());
-            paths.still_radiance(origin, direction, Some(turn.hit), 1, &mut numbers)
+            if self.field.splits() {
+                paths.still_radiance_of_first(origin, direction, Some(turn.hit), 1, &mut numbers)
+            } else {
+                paths.still_radiance(origin, direction, Some(turn.hit), 1, &mut numbers)
+            }
         });
         Difference::of((before - behind) * turn.weight)
     }

@@ -167,7 +167,12 @@ impl<V: WarpField> Curve for InnerSignChanges<'_, V> {
             // Any point on the line is equivalent; at a distance of the triangle's size rounding is harmless.
             let viewer = turn.point + turn.size * towards;
             let hit = Hit { surface: turn.surface, distance: turn.size, coordinates: turn.weights };
-            paths.still_radiance(viewer, -towards, Some(hit), depth, &mut numbers.clone())
+            let mut numbers = numbers.clone();
+            if self.field.splits() {
+                paths.still_radiance_of_first(viewer, -towards, Some(hit), depth, &mut numbers)
+            } else {
+                paths.still_radiance(viewer, -towards, Some(hit), depth, &mut numbers)
+            }
         });
         Difference::of((before - behind) * (path.weight * *scale))
     }

@@ -13,11 +13,12 @@ use super::ActiveParameters;
 use super::accumulator::Accumulator;
 use super::auxiliary::Auxiliary;
 use super::border::border;
+use super::chain::{self, Through};
 use super::differential::{Differential, FilmPoint};
 use super::film::FilmPlane;
 use super::rows::Rows;
 use super::warps::{DirectionWarp, FilmWarp};
-use crate::path::{BorderSample, Calculus, CameraMotion, Kernel, Warped};
+use crate::path::{BorderSample, Branch, Calculus, CameraMotion, Frame, Kernel, Warped};
 use crate::scene::{Hit, Scene, Surface};
 
 /// Input of a tape.
@@ -174,6 +175,23 @@ impl<'t> Differential for Reverse<'_, 't> {
         FilmPoint { at: [x, y], jacobian }
     }
 
+    fn chain_film_warp(
+        &mut self,
+        film: &FilmPlane,
+        frame: &Frame<Recorded<'t>>,
+        u: DVec2,
+        through: Through<'_>,
+    ) -> Option<FilmPoint<Recorded<'t>>> {
+        let auxiliary = self.auxiliary.as_mut().filter(|a| a.follows_chains)?;
+        let kernel = chain::Kernel { warp: auxiliary.warp, kappa: auxiliary.paths.kernels.film };
+        let bundle = auxiliary.chain_bundle(u, kernel.kappa);
+        let (warp, rays) = chain::on_film(self, self.scene, (film, frame), u, &bundle, kernel, through);
+        self.auxiliary.as_mut()?.count(rays);
+        let constant = Recorded::constant;
+        let still = FilmPoint { at: [constant(u.x), constant(u.y)], jacobian: constant(1.0) };
+        Some(warp.map_or(still, |warp| chain::film_point(u, &warp)))
+    }
+
     fn may_warp(&self, x: DVec3, direction: DVec3, kernel: &Kernel) -> bool {
         self.auxiliary.as_ref().is_some_and(|auxiliary| auxiliary.may_warp(x, direction, kernel))
     }
@@ -314,5 +332,30 @@ impl<'t> Calculus for Reverse<'_, 't> {
         let id = Input::Warp(self.warps.len() as u32 - 1);
         let [x, y, z, jacobian] = self.tape.inputs(id, [direction.x, direction.y, direction.z, 1.0]);
         Warped { direction: Vec3::new(x, y, z), jacobian }
+    }
+
+    fn follows_chains(&self) -> bool {
+        self.auxiliary.as_ref().is_some_and(|auxiliary| auxiliary.follows_chains)
+    }
+
+    fn chain_warp(
+        &mut self,
+        origin: Vec3<Recorded<'t>>,
+        from: Surface,
+        direction: DVec3,
+        kernel: Kernel,
+        chain: &[Branch],
+        light: Option<usize>,
+    ) -> Warped<Recorded<'t>> {
+        let still = Warped::still(direction);
+        let Some(auxiliary) = &mut self.auxiliary else { return still };
+        let kernel = chain::Kernel { warp: auxiliary.warp, kappa: kernel.kappa };
+        let bundle = auxiliary.chain_bundle(direction, kernel.kappa);
+        let (start, through) = ((origin, from), Through { chain, light });
+        let (warp, rays) = chain::on_sphere(self, self.scene, start, direction, &bundle, kernel, through);
+        if let Some(auxiliary) = &mut self.auxiliary {
+            auxiliary.count(rays);
+        }
+        warp.map_or(still, |warp| chain::warped(direction, &warp))
     }
 }

@@ -46,7 +46,7 @@ impl Job<'_> {
     ) -> Result<GradientImage, Stopped> {
         let (scene, film) = (self.paths.scene, self.film);
         let splits = self.method.warps && motion.change.is_geometric() && !film.has_lens();
-        let tables = if splits { WaveTables::new(&self.paths) } else { None };
+        let tables = if splits && !self.follows_chains { WaveTables::new(&self.paths) } else { None };
         let done = |worker: &Worker<'_, N, K>| work(worker.calculus.auxiliary.as_ref());
         let begin = || {
             let auxiliary = self.auxiliary(&motion.bounds);
@@ -66,8 +66,8 @@ impl Job<'_> {
                     self.take_sample(worker, &frame, place);
                 }
                 if self.has_edges((i, j)) {
-                    let edge = self.edge_sample(&mut worker.calculus, place);
-                    worker.kept.extend(edge.map(|edge| (place, Kept::Edge(edge))));
+                    let Worker { calculus, kept, .. } = worker;
+                    self.edge_samples(calculus, place, |edge| kept.push((place, Kept::Edge(edge))));
                 }
                 sink.work[i] += done(worker) - before;
                 if worker.kept.len() >= MOST_KEPT {

@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
-use flatland::calculus::{Dual, Number, Rgb};
+use flatland::calculus::{Dual, Number, Rgb, Vec3};
 use flatland::random::{Stream, stream};
 use glam::{DVec2, DVec3};
 
 use super::WarpedArea;
 use crate::gradient::auxiliary::{Auxiliary, Construction};
 use crate::gradient::camera_rays::CellRays;
+use crate::gradient::chain::Through;
 use crate::gradient::curve::{Curves, Warping};
 use crate::gradient::differential::{Differential, FilmPoint};
 use crate::gradient::film::{CutEdges, FilmPlane};
@@ -16,7 +17,7 @@ use crate::gradient::groups::{CellNumbers, GROUPS, numbers};
 use crate::gradient::jump_mean::SceneEdges;
 use crate::gradient::motion::MovingBounds;
 use crate::gradient::{AUXILIARY, EDGE, EDGE_AUXILIARY, GRADIENT_PATH, SPLIT};
-use crate::path::{Frame, Paths, Sequence};
+use crate::path::{Branch, Draws, Frame, Parts, Paths, Sequence};
 use crate::scene::{Hit, Surface};
 
 /// Data shared by all samples of one gradient.
@@ -27,6 +28,8 @@ pub(super) struct Job<'s> {
     pub(super) control_variate: Vec<DVec3>,
     pub(super) construction: Construction,
     pub(super) edges: Option<Arc<SceneEdges>>,
+    /// Whether chains of ideal boundaries, and lights without extent, have warps of their own.
+    pub(super) follows_chains: bool,
 }
 
 /// Paths averaged for the radiance in the warp term of one sample, where the film's warp is nonzero; only the
@@ -60,11 +63,74 @@ impl PathNumbers {
 
 /// A film sample: the integrand of each pixel it reaches, without the pixel's own weight and control variate.
 pub(super) struct Sample<T> {
+    first: Part<T>,
+    /// Light through chains and of lights without extent, with warps of their own.
+    rest: Vec<Part<T>>,
+}
+
+/// The light of a sample that has one warp.
+pub(super) struct Part<T> {
     point: FilmPoint<T>,
     /// Radiance of the path that carries derivatives.
     radiance: Rgb<T>,
     /// Mean radiance of all paths.
     mean_radiance: DVec3,
+}
+
+impl<T: Number> Part<T> {
+    fn new(point: FilmPoint<T>, radiance: Rgb<T>) -> Self {
+        Self { point, mean_radiance: radiance.value(), radiance }
+    }
+
+    fn is_warped(&self) -> bool {
+        let FilmPoint { at: [x, y], jacobian } = self.point;
+        [x, y, jacobian].iter().any(|number| !number.is_still())
+    }
+}
+
+/// Parts of a sample as its path finds them.
+struct FilmParts<'f, T> {
+    film: &'f FilmPlane,
+    frame: &'f Frame<T>,
+    u: DVec2,
+    first: Rgb<T>,
+    rest: Vec<(FilmPoint<T>, Rgb<T>)>,
+    /// Index in `rest`, and that of the part that a light's part interrupts; `None` for the first.
+    current: Option<usize>,
+    interrupted: Option<usize>,
+}
+
+impl<'f, T: Number> FilmParts<'f, T> {
+    fn new(film: &'f FilmPlane, frame: &'f Frame<T>, u: DVec2) -> Self {
+        let first = Rgb::constant(DVec3::ZERO);
+        Self { film, frame, u, first, rest: vec![], current: None, interrupted: None }
+    }
+}
+
+impl<C: Differential> Parts<C> for FilmParts<'_, C::Number> {
+    fn total(&mut self) -> &mut Rgb<C::Number> {
+        match self.current {
+            None => &mut self.first,
+            Some(index) => &mut self.rest[index].1,
+        }
+    }
+
+    fn begin(
+        &mut self,
+        calculus: &mut C,
+        chain: &[Branch],
+        light: Option<usize>,
+    ) -> Option<(Vec3<C::Number>, Vec3<C::Number>)> {
+        let point = calculus.chain_film_warp(self.film, self.frame, self.u, Through { chain, light })?;
+        self.interrupted = self.current;
+        self.current = Some(self.rest.len());
+        self.rest.push((point, Rgb::constant(DVec3::ZERO)));
+        Some((self.frame.origin, self.film.direction(self.frame, point.at)))
+    }
+
+    fn resume(&mut self) {
+        self.current = self.interrupted;
+    }
 }
 
 /// A ray of the static camera: origin, direction and hit.
@@ -73,12 +139,17 @@ pub(super) type Ray = (DVec3, DVec3, Option<Hit>);
 impl<T: Number> Sample<T> {
     /// Radiance of the path that carries derivatives.
     pub(super) fn radiance(&self) -> DVec3 {
-        self.radiance.value()
+        self.rest.iter().map(|part| part.radiance.value()).fold(self.first.radiance.value(), |a, b| a + b)
     }
 
-    /// Adds the radiance of the additional paths.
+    /// Adds the radiance of the additional paths, which have the first part's light.
     pub(super) fn add_others(&mut self, light: DVec3, count: usize) {
-        self.mean_radiance = (self.radiance.value() + light) / count as f64;
+        self.first.mean_radiance = (self.first.radiance.value() + light) / count as f64;
+    }
+
+    /// All parts, with the factor of the control variate in each.
+    pub(super) fn parts(&self) -> impl Iterator<Item = (&Part<T>, f64)> {
+        [(&self.first, 1.0)].into_iter().chain(self.rest.iter().map(|part| (part, 0.0)))
     }
 }
 
@@ -91,6 +162,8 @@ pub(super) struct EdgeSample<T> {
     /// One over the probability of this one of the cell's edges.
     scale: f64,
     radiance: DVec3,
+    /// Factor of the control variate.
+    level: f64,
 }
 
 impl Job<'_> {
@@ -98,7 +171,11 @@ impl Job<'_> {
         let method = self.method;
         method.warps.then(|| {
             let rng = stream(method.seed, &[AUXILIARY]);
-            Auxiliary::new(&self.paths, &method.warp, bounds, self.construction, self.edges.as_deref(), rng)
+            let edges = self.edges.as_deref();
+            let mut auxiliary =
+                Auxiliary::new(&self.paths, &method.warp, bounds, self.construction, edges, rng);
+            auxiliary.follows_chains = self.follows_chains;
+            auxiliary
         })
     }
 
@@ -106,7 +183,8 @@ impl Job<'_> {
     pub(super) fn curves(&self) -> Curves<'_, Warping<'_>> {
         let Self { method, paths, construction, edges, .. } = self;
         let (warp, edges, seed) = (&method.warp, edges.as_deref(), method.seed);
-        let field = Warping { paths, warp, construction: *construction, edges, seed };
+        let splits = self.follows_chains;
+        let field = Warping { paths, warp, construction: *construction, edges, seed, splits };
         Curves { paths, field, budget: method.budget(*construction, &self.control_variate) }
     }
 
@@ -178,12 +256,26 @@ impl Job<'_> {
         } else {
             self.look(calculus, &film, u)
         };
-        let point = calculus.film_warp(&film, u, hit.map(|h| h.surface));
-        let direction = film.direction(&frame, point.at);
-        let radiance = self.paths.radiance(calculus, frame.origin, direction, hit, 1, &mut numbers);
-        let warped = [point.at[0], point.at[1], point.jacobian].iter().any(|x| !x.is_still());
-        let mean_radiance = radiance.value();
-        (Sample { point, radiance, mean_radiance }, warped.then_some((origin, ray, hit)))
+        let sample = self.parts(calculus, (&film, &frame), u, hit, &mut numbers);
+        let split = sample.first.is_warped().then_some((origin, ray, hit));
+        (sample, split)
+    }
+
+    /// The path from a film point, with every part's warp.
+    fn parts<C: Differential>(
+        &self,
+        calculus: &mut C,
+        (film, frame): (&FilmPlane, &Frame<C::Number>),
+        u: DVec2,
+        hit: Option<Hit>,
+        numbers: &mut Draws<'_>,
+    ) -> Sample<C::Number> {
+        let point = calculus.film_warp(film, u, hit.map(|h| h.surface));
+        let ray = (frame.origin, film.direction(frame, point.at));
+        let mut parts = FilmParts::new(film, frame, u);
+        self.paths.radiance_in_parts(calculus, &mut parts, ray, hit, 1, numbers);
+        let rest = parts.rest.into_iter().map(|(point, radiance)| Part::new(point, radiance));
+        Sample { first: Part::new(point, parts.first), rest: rest.collect() }
     }
 
     /// Calls back with every pixel in which a sample has a weight or may get one, as
@@ -194,31 +286,48 @@ impl Job<'_> {
         sample: &Sample<T>,
         mut f: impl FnMut([usize; 3], f64, [T; 3]),
     ) {
-        let Sample { point, radiance: Rgb(radiance), mean_radiance, .. } = sample;
-        self.film.for_each_weight((i, j), point.at, |[b, x, y], weight| {
-            let (level, warped) = (self.control_variate(x, y), weight * point.jacobian);
-            // The derivative of one path with the mean value of all.
-            let above = |c: usize| radiance[c].chain(mean_radiance[c] - level[c], 1.0);
-            f([b, x, y], weight.value(), std::array::from_fn(|c| above(c) * warped));
-        });
+        let each = |part: &Part<T>, factor: f64, f: &mut dyn FnMut([usize; 3], f64, [T; 3])| {
+            let Part { point, radiance: Rgb(radiance), mean_radiance } = part;
+            self.film.for_each_weight((i, j), point.at, |[b, x, y], weight| {
+                let (level, warped) = (self.control_variate(x, y) * factor, weight * point.jacobian);
+                // The derivative of one path with the mean value of all.
+                let above = |c: usize| radiance[c].chain(mean_radiance[c] - level[c], 1.0);
+                f([b, x, y], weight.value(), std::array::from_fn(|c| above(c) * warped));
+            });
+        };
+        if sample.rest.is_empty() {
+            each(&sample.first, 1.0, &mut f);
+            return;
+        }
+        let mut sums: Vec<([usize; 3], f64, [T; 3])> = vec![];
+        for (part, factor) in sample.parts() {
+            each(part, factor, &mut |at, weight, integrand| match sums.iter_mut().find(|s| s.0 == at) {
+                Some((_, _, sum)) => sum.iter_mut().zip(integrand).for_each(|(a, b)| *a = *a + b),
+                None => sums.push((at, weight, integrand)),
+            });
+        }
+        for (at, weight, integrand) in sums {
+            f(at, weight, integrand);
+        }
     }
 
-    /// The numbers of a sample, each with the derivative by it of Σ over pixels and channels of adjoint times
+    /// The numbers of a part of a sample, each with the derivative by it of Σ over pixels and channels of adjoint times
     /// integrand.
     pub(super) fn partials<T: Number>(
         &self,
         (i, j, _): Place,
-        sample: &Sample<T>,
+        (part, factor): (&Part<T>, f64),
         adjoint: &[DVec3],
     ) -> [(T, f64); 6] {
-        let Sample { point, radiance: Rgb(radiance), mean_radiance, .. } = sample;
+        let Part { point, radiance: Rgb(radiance), mean_radiance } = part;
         let [u, v] = point.at.map(Number::value);
         let at = [Dual::new(u, [1.0, 0.0]), Dual::new(v, [0.0, 1.0])];
         // Σ h (L − L₀)·adjoint and Σ h adjoint.
         let (mut light, mut weights) = (Dual::constant(0.0), DVec3::ZERO);
         self.film.for_each_pixel(i, j, |_, _, x, y| {
             let (weight, delta) = (self.film.weight(at, x, y), adjoint[y * self.film.columns + x]);
-            light = light + weight * delta.dot(*mean_radiance - self.control_variate(x, y));
+            let level = self.control_variate(x, y) * factor;
+            light = light + weight * delta.dot(*mean_radiance - level);
             weights += weight.value * delta;
         });
         let jacobian = point.jacobian.value();
@@ -231,12 +340,13 @@ impl Job<'_> {
 
     /// −∮ h (L − L₀) V·ν over the edges of box pixels, or over the border that cuts filters: the filter's own
     /// jump does not move (Bangaru et al. 2022). A point on the left or the upper edge of a cell, or beside
-    /// it by less than rounding, if the warp moves it.
-    pub(super) fn edge_sample<C: Differential>(
+    /// it by less than rounding, for every part of its light whose warp moves it.
+    pub(super) fn edge_samples<C: Differential>(
         &self,
         calculus: &mut C,
         place: Place,
-    ) -> Option<EdgeSample<C::Number>> {
+        mut found: impl FnMut(EdgeSample<C::Number>),
+    ) {
         let (i, j, _) = place;
         if let Some(rng) = calculus.rng() {
             *rng = self.stream(place, EDGE_AUXILIARY);
@@ -252,16 +362,25 @@ impl Job<'_> {
         let u = self.film.point(i, j, if vertical { [across, along] } else { [along, across] });
         let film = self.film.through(&mut numbers);
         let (origin, ray, hit) = self.look(calculus, &film, u);
-        let [x, y] = calculus.film_warp(&film, u, hit.map(|h| h.surface)).at;
-        let across = if vertical { x } else { y };
-        let moves = !across.is_still();
-        moves.then(|| EdgeSample {
-            across,
-            vertical,
-            at: u,
-            scale,
-            radiance: self.paths.still_radiance(origin, ray, hit, 1, &mut numbers),
-        })
+        let across = |[x, y]: [C::Number; 2]| if vertical { x } else { y };
+        let mut edge = |across: C::Number, radiance: DVec3, level: f64| {
+            if !across.is_still() {
+                found(EdgeSample { across, vertical, at: u, scale, radiance, level });
+            }
+        };
+        if calculus.follows_chains() {
+            let frame = self.film.moving_frame(calculus);
+            let frame = film.frame_through(calculus, &frame);
+            let sample = self.parts(calculus, (&film, &frame), u, hit, &mut numbers);
+            for (part, level) in sample.parts() {
+                edge(across(part.point.at), part.radiance.value(), level);
+            }
+            return;
+        }
+        let across = across(calculus.film_warp(&film, u, hit.map(|h| h.surface)).at);
+        if !across.is_still() {
+            edge(across, self.paths.still_radiance(origin, ray, hit, 1, &mut numbers), 1.0);
+        }
     }
 
     /// Calls with the pixels on both sides of an edge, and the light that its motion takes from the one to
@@ -273,13 +392,14 @@ impl Job<'_> {
         sample: &EdgeSample<T>,
         mut f: impl FnMut([usize; 3], DVec3),
     ) {
-        let EdgeSample { vertical, at, scale, radiance, .. } = *sample;
+        let EdgeSample { vertical, at, scale, radiance, level, .. } = *sample;
         if let Some(CutEdges { inwards }) = self.film.cut_edges((i, j)) {
             let scale = scale * inwards[usize::from(!vertical)];
             self.film.for_each_pixel(i, j, |_, b, x, y| {
                 let weight = self.film.weight(at.to_array(), x, y);
                 if weight != 0.0 {
-                    f([b, x, y], (radiance - self.control_variate(x, y)) * (weight * scale));
+                    let level = self.control_variate(x, y) * level;
+                    f([b, x, y], (radiance - level) * (weight * scale));
                 }
             });
             return;
@@ -287,7 +407,7 @@ impl Job<'_> {
         let before = if vertical { (0, 1) } else { (1, 0) };
         for ((a, b), sign) in [((1, 1), scale), (before, -scale)] {
             if let (Some(x), Some(y)) = (self.film.pixel_column(i, a), self.film.pixel_row(j, b)) {
-                f([b, x, y], (radiance - self.control_variate(x, y)) * sign);
+                f([b, x, y], (radiance - self.control_variate(x, y) * level) * sign);
             }
         }
     }
@@ -334,6 +454,12 @@ impl Job<'_> {
             _ => (SPLITTING, &path_numbers.others),
         };
         let numbers = (1..count).map(|other| others.of(number, other - 1).1);
-        sample.add_others(self.paths.still_radiances(origin, ray, hit, numbers), count);
+        let light = if self.follows_chains {
+            let one = |mut numbers| self.paths.still_radiance_of_first(origin, ray, hit, 1, &mut numbers);
+            numbers.map(one).sum()
+        } else {
+            self.paths.still_radiances(origin, ray, hit, numbers)
+        };
+        sample.add_others(light, count);
     }
 }

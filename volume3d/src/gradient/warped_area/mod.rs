@@ -34,7 +34,8 @@ use super::progress::Progress;
 use super::result::{Gradient, GradientImage};
 use super::tangent::{ActiveParameters, Tangent};
 use super::unsupported::{
-    left_out_of_active, left_out_of_tangent, supports_field_of_view, supports_meshes_only, supports_no_media,
+    has_chains, left_out_of_active, left_out_of_tangent, supports_field_of_view, supports_meshes_only,
+    supports_no_media,
 };
 use crate::Image;
 use crate::path::{Kernels, Paths};
@@ -213,12 +214,15 @@ impl WarpedArea {
                 implicit,
             },
             Field::Softened { film, lobe, softness, shadows, bounces, .. } => {
-                let sampled_shadows = shadows > 0 && shadows::are_curves(scene);
+                // A field that leaves curves is not split by chains.
+                let is_split = has_chains(scene);
+                let sampled_shadows = shadows > 0 && !is_split && shadows::are_curves(scene);
+                let softness = if is_split { 0.0 } else { softness };
                 Construction::JumpMean {
                     film,
                     lobe,
                     softness,
-                    lobe_softness: if bounces > 0 { softness / film * lobe } else { 0.0 },
+                    lobe_softness: if bounces > 0 && !is_split { softness / film * lobe } else { 0.0 },
                     sampled_shadows,
                     implicit,
                 }
@@ -237,7 +241,8 @@ impl WarpedArea {
     ) -> Result<GradientImage, GradientError> {
         self.check_forward(scene, change, construction)?;
         let before = scene.trace_counts();
-        let job = self.job(scene, construction, change.is_geometric(), progress)?;
+        let moves = (change.is_geometric(), change.moves_lights());
+        let job = self.job(scene, construction, moves, progress)?;
         let motion = &Motion::new(scene, change);
         let mut image = job.forward::<N, K>(motion, progress)?;
         if self.warps && change.is_geometric() {
@@ -258,7 +263,8 @@ impl WarpedArea {
     ) -> Result<Gradient, GradientError> {
         self.check_reverse(scene, adjoint, active, construction)?;
         let before = scene.trace_counts();
-        let job = self.job(scene, construction, active.is_geometric(), progress)?;
+        let moves = (active.is_geometric(), active.moves_lights());
+        let job = self.job(scene, construction, moves, progress)?;
         let mut sums = Sums::new(scene);
         job.reverse(&adjoint.pixels, active, progress, &mut sums)?;
         if self.warps && active.is_geometric() {
@@ -280,7 +286,7 @@ impl WarpedArea {
         }
         supports_field_of_view(scene, change)?;
         if self.warps {
-            left_out_of_tangent(scene, change, &[])?;
+            left_out_of_tangent(scene, change, splits(construction), &[])?;
         }
         self.check_construction(scene, construction, change.is_geometric())?;
         self.check()
@@ -295,7 +301,7 @@ impl WarpedArea {
     ) -> Result<(), GradientError> {
         check_adjoint(scene, adjoint)?;
         if self.warps {
-            left_out_of_active(scene, active, &[])?;
+            left_out_of_active(scene, active, splits(construction), &[])?;
         }
         self.check_construction(scene, construction, active.is_geometric())?;
         self.check()
@@ -331,7 +337,7 @@ impl WarpedArea {
         &'s self,
         scene: &'s Scene,
         construction: Construction,
-        geometric: bool,
+        (geometric, lights): (bool, bool),
         progress: &Progress,
     ) -> Result<Job<'s>, GradientError> {
         let paths = Paths::new(scene, self.kernels);
@@ -349,6 +355,13 @@ impl WarpedArea {
         if let Some(edges) = edges.as_ref().filter(|_| is_softened) {
             edges.measure(scene);
         }
-        Ok(Job { method: self, paths, film, control_variate, construction, edges })
+        let moves = geometric || lights;
+        let follows_chains = self.warps && moves && splits(construction) && has_chains(scene);
+        Ok(Job { method: self, paths, film, control_variate, construction, edges, follows_chains })
     }
+}
+
+/// Whether light through chains has a warp of its own, for any construction of the first part's.
+fn splits(construction: Construction) -> bool {
+    !matches!(construction, Construction::Followed { .. })
 }

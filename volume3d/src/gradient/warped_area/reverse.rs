@@ -51,12 +51,13 @@ impl Job<'_> {
             let mut record = |edge: bool| {
                 tape.clear();
                 let mut reverse = Reverse::new(self.paths.scene, &pull.inputs, &tape, auxiliary.as_mut());
-                let output = if edge {
-                    self.edge_output(&mut reverse, place, pull.adjoint)
+                let outputs = if edge {
+                    self.edge_outputs(&mut reverse, place, pull.adjoint)
                 } else {
-                    Some(self.output(&mut reverse, place, &mut numbers, pull.adjoint))
+                    vec![self.output(&mut reverse, place, &mut numbers, pull.adjoint)]
                 };
-                finite &= output.is_none_or(|o| reverse.sweep_if_finite(&[o], &mut adjoints, part));
+                let outputs = outputs.as_slice();
+                finite &= outputs.is_empty() || reverse.sweep_if_finite(outputs, &mut adjoints, part);
             };
             if self.film.cell_counts(i, j) {
                 record(false);
@@ -83,23 +84,26 @@ impl Job<'_> {
         let frame = self.film.moving_frame(reverse);
         let sample = self.sample(reverse, &frame, place, numbers);
         // Results of these numbers appear on the tape only through their derivatives.
-        let partials = self.partials(place, &sample, adjoint).into_iter();
+        let partials = sample.parts().flat_map(|part| self.partials(place, part, adjoint));
         let sum = partials.fold(Recorded::constant(0.0), |sum, (x, d)| sum + x.chain(x.value() * d, d));
         (sum, 1.0 / self.samples((place.0, place.1)) as f64)
     }
 
-    /// The same of an edge of box pixels, or of a border that cuts filters.
-    fn edge_output<'t>(
+    /// The same of an edge of box pixels, or of a border that cuts filters, for every part of its light.
+    fn edge_outputs<'t>(
         &self,
         reverse: &mut Reverse<'_, 't>,
         place: Place,
         adjoint: &[DVec3],
-    ) -> Option<(Recorded<'t>, f64)> {
-        let sample = self.edge_sample(reverse, place)?;
-        let mut sum = 0.0;
-        self.for_each_side(place, &sample, |[_, x, y], light| {
-            sum += adjoint[y * self.film.columns + x].dot(light);
+    ) -> Vec<(Recorded<'t>, f64)> {
+        let mut outputs = vec![];
+        self.edge_samples(reverse, place, |sample| {
+            let mut sum = 0.0;
+            self.for_each_side(place, &sample, |[_, x, y], light| {
+                sum += adjoint[y * self.film.columns + x].dot(light);
+            });
+            outputs.push((sample.across, sum / self.samples((place.0, place.1)) as f64));
         });
-        Some((sample.across, sum / self.samples((place.0, place.1)) as f64))
+        outputs
     }
 }

@@ -6,6 +6,7 @@
 use flatland::calculus::{Number, Rgb, Vec3};
 use glam::DVec3;
 
+use super::shading::Passage;
 use super::{Ideal, Shading};
 use crate::optics::fresnel;
 use crate::scene::Dielectric;
@@ -19,10 +20,22 @@ pub(super) fn relative<T: Number>(shading: &Shading<'_, T>, dielectric: &Dielect
 /// the light.
 pub(super) fn smooth<T: Number>(shading: &Shading<'_, T>, dielectric: &Dielectric, choice: f64) -> Ideal<T> {
     let eta = relative(shading, dielectric);
+    let (reflected, towards) = refracted(shading, eta);
+    choose(shading, dielectric, choice, reflected, (towards, 1.0 / (eta * eta)))
+}
+
+/// The reflected share of the light, and the refracted direction; meaningless if all is reflected.
+fn refracted<T: Number>(shading: &Shading<'_, T>, eta: f64) -> (T, Vec3<T>) {
     let cosine = shading.normal.dot(shading.viewer);
     let (reflected, beyond) = fresnel::dielectric(cosine, eta);
     let towards = shading.normal * (cosine * (1.0 / eta) - beyond) - shading.viewer * T::constant(1.0 / eta);
-    choose(shading, dielectric, choice, reflected, (towards, 1.0 / (eta * eta)))
+    (reflected, towards)
+}
+
+/// The refracted direction at a smooth boundary; `None` if all light is reflected.
+pub(super) fn towards<T: Number>(shading: &Shading<'_, T>, dielectric: &Dielectric) -> Option<Vec3<T>> {
+    let (reflected, towards) = refracted(shading, relative(shading, dielectric));
+    (reflected.value() < 1.0).then_some(towards)
 }
 
 /// Reflection or straight transmission at a thin plate, with all internal reflections: R = 2F/(1 + F).
@@ -42,10 +55,11 @@ fn choose<T: Number>(
     let part = reflected.value();
     if choice < part {
         let colour = Rgb::constant(dielectric.specular_reflectance);
-        Ideal { direction: shading.mirrored(), factor: colour * (reflected * (1.0 / part)) }
+        let factor = colour * (reflected * (1.0 / part));
+        Ideal { branch: Passage::Mirrored.alone(), direction: shading.mirrored(), factor }
     } else {
         let passed = (T::constant(1.0) - reflected) * (scale / (1.0 - part));
-        Ideal { direction: towards, factor: shading.reflectance * passed }
+        Ideal { branch: Passage::Refracted.alone(), direction: towards, factor: shading.reflectance * passed }
     }
 }
 

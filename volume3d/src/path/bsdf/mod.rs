@@ -17,7 +17,7 @@ use self::facets::{Facets, Stretch};
 use self::plastic::Coated;
 use self::principled::Lobes;
 use self::principled_thin::Sheet;
-pub(crate) use self::shading::{Bounce, Ideal, Mixed, Numbers, Sampled, Shading};
+pub(crate) use self::shading::{Bounce, Branch, Ideal, Mixed, Numbers, Passage, Sampled, Shading};
 use crate::optics::{Microfacets, fresnel};
 use crate::scene::{Bsdf, Plastic};
 
@@ -157,8 +157,18 @@ impl<T: Number> Shading<'_, T> {
         }
     }
 
+    /// Whether all light is reflected or transmitted in ideal directions.
+    pub(crate) fn is_ideal(&self) -> bool {
+        let alone = |shading: &Self| match shading.bsdf {
+            Bsdf::Conductor { .. } | Bsdf::ThinDielectric(_) => true,
+            Bsdf::Dielectric(dielectric) => dielectric.facets.is_none(),
+            _ => false,
+        };
+        alone(self) && self.blend.as_ref().is_none_or(|blend| alone(&blend.other))
+    }
+
     /// Narrowness of the lobe: the excess of the concentration of its kernel over that of diffuse surfaces.
-    /// For a mixture, the value of the narrower lobe.
+    /// For a mixture, the value of the narrower lobe; ideal directions have no kernel.
     pub(crate) fn concentration(&self) -> f64 {
         let other = self.blend.as_ref().map_or(0.0, |blend| blend.other.concentration());
         other.max(self.concentration_alone())
@@ -168,7 +178,6 @@ impl<T: Number> Shading<'_, T> {
         let alpha = match self.bsdf {
             Bsdf::Principled(_) | Bsdf::PrincipledThin(_) => principled::alpha(self.roughness.value()),
             bsdf if bsdf.roughness().is_some() => self.roughness.value(),
-            Bsdf::Conductor { .. } | Bsdf::Dielectric(_) | Bsdf::ThinDielectric(_) => 0.0,
             _ => return 0.0,
         };
         // Facets tilted by up to α rotate the mirrored ray by up to 2 α.
@@ -235,7 +244,9 @@ impl<T: Number> Shading<'_, T> {
             let part = opacity.value();
             if choice >= part {
                 let passed = (T::constant(1.0) - opacity) * (1.0 / (1.0 - part));
-                return Some(Bounce::Ideal(Ideal { direction: -self.viewer, factor: Rgb([passed; 3]) }));
+                let branch = Passage::Unhindered.alone();
+                let factor = Rgb([passed; 3]);
+                return Some(Bounce::Ideal(Ideal { branch, direction: -self.viewer, factor }));
             }
             choice /= part;
         }
@@ -246,8 +257,8 @@ impl<T: Number> Shading<'_, T> {
         Some(match (bounce, self.opacity) {
             // A masked surface is chosen with the probability of its opacity, so that only derivatives remain
             // in the factor.
-            (Bounce::Ideal(Ideal { direction, factor }), Some(opacity)) => {
-                Bounce::Ideal(Ideal { direction, factor: factor * (opacity * (1.0 / opacity.value())) })
+            (Bounce::Ideal(ideal), Some(opacity)) => {
+                Bounce::Ideal(Ideal { factor: ideal.factor * (opacity * (1.0 / opacity.value())), ..ideal })
             }
             (bounce, _) => bounce,
         })
@@ -257,17 +268,37 @@ impl<T: Number> Shading<'_, T> {
     /// that was chosen.
     fn sample_mixed(&self, blend: &Mixed<'_, T>, [a, b, choice]: [f64; 3]) -> Option<Bounce<T>> {
         let part = blend.part();
-        let (shading, weight, part, choice) = if choice < part {
+        let is_of_other = choice < part;
+        let (shading, weight, part, choice) = if is_of_other {
             (&blend.other, blend.weight, part, choice / part)
         } else {
             (self, T::constant(1.0) - blend.weight, 1.0 - part, (choice - part) / (1.0 - part))
         };
         match shading.sample_alone([a, b, choice])? {
             Bounce::Smooth(Sampled { direction, .. }) => self.smooth(direction),
-            Bounce::Ideal(Ideal { direction, factor }) => {
-                Some(Bounce::Ideal(Ideal { direction, factor: factor * (weight * (1.0 / part)) }))
+            Bounce::Ideal(Ideal { branch, direction, factor }) => {
+                let branch = Branch { is_of_other, ..branch };
+                Some(Bounce::Ideal(Ideal { branch, direction, factor: factor * (weight * (1.0 / part)) }))
             }
         }
+    }
+
+    /// The direction of a branch; `None` if the material has none here.
+    pub(crate) fn ideal(&self, branch: Branch) -> Option<Vec3<T>> {
+        if branch.passage == Passage::Unhindered {
+            return self.opacity.is_some().then(|| -self.viewer);
+        }
+        let alone = if branch.is_of_other { &self.blend.as_ref()?.other } else { self };
+        if alone.black {
+            return None;
+        }
+        let direction = match (branch.passage, alone.bsdf) {
+            (Passage::Mirrored, bsdf) if bsdf.is_mirror() => alone.mirrored(),
+            (Passage::Refracted, Bsdf::ThinDielectric(_)) => -alone.viewer,
+            (Passage::Refracted, Bsdf::Dielectric(d)) if d.facets.is_none() => dielectric::towards(alone, d)?,
+            _ => return None,
+        };
+        (!alone.hides(direction.value())).then_some(direction)
     }
 
     /// A direction with the density of the whole material, if it is nonzero.
@@ -286,7 +317,8 @@ impl<T: Number> Shading<'_, T> {
         let ideal = match self.bsdf {
             Bsdf::Conductor { eta, k, .. } => {
                 let reflected = fresnel::conductor_rgb(self.normal.dot(self.viewer), *eta, *k);
-                Some(Ideal { direction: self.mirrored(), factor: self.reflectance * reflected })
+                let branch = Passage::Mirrored.alone();
+                Some(Ideal { branch, direction: self.mirrored(), factor: self.reflectance * reflected })
             }
             Bsdf::Dielectric(d) if d.facets.is_none() => Some(dielectric::smooth(self, d, choice)),
             Bsdf::ThinDielectric(d) => Some(dielectric::thin(self, d, choice)),

@@ -6,6 +6,7 @@ use std::f64::consts::FRAC_1_PI;
 use flatland::calculus::{Number, Rgb, Vec3};
 use glam::DVec3;
 
+use super::shading::Passage;
 use super::{Ideal, Shading, diffuse};
 use crate::optics::{Coating, fresnel};
 use crate::scene::{Plastic, Scattering};
@@ -56,7 +57,8 @@ impl<T: Number> Coated<'_, T> {
             let (reflected, _) =
                 fresnel::dielectric(self.shading.normal.dot(self.shading.viewer), self.plastic.eta);
             let colour = Rgb::constant(self.plastic.specular_reflectance);
-            Ideal { direction: self.shading.mirrored(), factor: colour * (reflected * (1.0 / part)) }
+            let factor = colour * (reflected * (1.0 / part));
+            Ideal { branch: Passage::Mirrored.alone(), direction: self.shading.mirrored(), factor }
         })
     }
 

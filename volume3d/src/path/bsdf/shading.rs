@@ -63,8 +63,35 @@ pub(crate) struct Sampled {
 /// choice.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ideal<T> {
+    pub(crate) branch: Branch,
     pub(crate) direction: Vec3<T>,
     pub(crate) factor: Rgb<T>,
+}
+
+/// One of the ideal directions of a material.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Branch {
+    /// Whether it belongs to the second part of a mixture.
+    pub(crate) is_of_other: bool,
+    pub(crate) passage: Passage,
+}
+
+/// What happens to a ray at an ideal boundary.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Passage {
+    /// It is mirrored.
+    Mirrored,
+    /// It is refracted, or passes a thin plate.
+    Refracted,
+    /// It passes straight through the opacity mask.
+    Unhindered,
+}
+
+impl Passage {
+    /// The branch of a material that is not a mixture, or of the first part of one.
+    pub(super) const fn alone(self) -> Branch {
+        Branch { is_of_other: false, passage: self }
+    }
 }
 
 /// A sampled continuation of a path.

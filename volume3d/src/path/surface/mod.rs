@@ -312,6 +312,32 @@ impl<T: Number> SurfacePoint<T> {
         }
     }
 
+    /// The normal of a smooth surface: interpolated, or of an implicit surface; `None` for a flat triangle.
+    pub(crate) fn smooth_normal<C: Calculus<Number = T>>(
+        &self,
+        scene: &Scene,
+        calculus: &C,
+    ) -> Option<Vec3<T>> {
+        let flat = matches!(self.moving, Moving::Triangle(triangle) if triangle.is_flat(scene));
+        (!flat).then(|| self.interpolated_normal(scene, calculus))
+    }
+
+    /// Unit geometric normal of a triangle.
+    pub(crate) fn face_normal(&self) -> Option<Vec3<T>> {
+        match &self.moving {
+            Moving::Triangle(triangle) => Some(triangle.face_normal()),
+            Moving::Implicit(_) => None,
+        }
+    }
+
+    /// Barycentric coordinates in a triangle.
+    pub(crate) fn coordinates(&self) -> Option<[T; 3]> {
+        match &self.moving {
+            Moving::Triangle(triangle) => Some(triangle.coordinates(self.position)),
+            Moving::Implicit(_) => None,
+        }
+    }
+
     /// Texture coordinates; an implicit surface has none, and no texture.
     fn uv(&self, scene: &Scene) -> [T; 2] {
         match &self.moving {

@@ -83,6 +83,11 @@ impl<T: Number> MovingTriangle<T> {
         (span != 0.0).then(|| [mix(second.y, -first.y), mix(-second.x, first.x)])
     }
 
+    /// Whether its normals are not interpolated.
+    pub(super) fn is_flat(&self, scene: &Scene) -> bool {
+        self.indices(scene).normals[0] == NONE
+    }
+
     /// Unit geometric normal.
     pub(super) fn face_normal(&self) -> Vec3<T> {
         self.cross.normalized()

@@ -18,6 +18,7 @@ use self::faces::{Face, Faces, Finish, smooth_normal};
 use self::row::{Arrival, ROWS, Shade, Vectors, Vertices, lanes_where};
 use self::step::{LaneDraws, Step};
 pub(crate) use self::tables::WaveTables;
+use super::chain::Trail;
 use super::integrator::{Paths, Scattered};
 use super::plain::Plain;
 use super::sequence::Draws;
@@ -195,6 +196,7 @@ impl<'p> Wave<'p> {
                 calculus,
                 path,
                 step.depth,
+                &mut Trail::new(),
                 &mut total,
                 &mut step.before.of(at * WIDTH + lane).clone(),
             );

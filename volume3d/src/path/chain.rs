@@ -1,0 +1,180 @@
+//! Chains: points of a path at ideal boundaries, from one direction that is integrated over to the next.
+//!
+//! A sample of the film, or of the directions at a bounce, determines all points up to the first one that
+//! scatters. Light is discontinuous where any of them changes surface, and every sequence of branches is an
+//! integral with its own warp (Theory 12). A path therefore starts again with another warp at every ideal
+//! boundary.
+
+use flatland::calculus::{Number, Rgb, Vec3};
+use glam::DVec3;
+
+use super::bsdf::{Bounce, Branch};
+use super::calculus::{Calculus, VisibilityDomain};
+use super::integrator::{Paths, Scattered, reflect};
+use super::surface::SurfacePoint;
+use crate::scene::Hit;
+
+/// Destination of a path's light: one sum for every warp of the film.
+pub(crate) trait Parts<C: Calculus> {
+    /// The sum of the current warp.
+    fn total(&mut self) -> &mut Rgb<C::Number>;
+
+    /// Begins the sum of the light through a chain, or of one light without extent. The result is the camera
+    /// ray with the warp of that part; `None` if all parts have one warp.
+    fn begin(
+        &mut self,
+        calculus: &mut C,
+        chain: &[Branch],
+        light: Option<usize>,
+    ) -> Option<(Vec3<C::Number>, Vec3<C::Number>)>;
+
+    /// Continues the sum before the last one that was begun.
+    fn resume(&mut self);
+
+    /// Whether light through chains from the first point, and of lights without extent there, is left out: it
+    /// belongs to other parts.
+    fn is_first_alone(&self) -> bool {
+        false
+    }
+}
+
+/// One warp for all light.
+impl<C: Calculus> Parts<C> for Rgb<C::Number> {
+    fn total(&mut self) -> &mut Self {
+        self
+    }
+
+    fn begin(
+        &mut self,
+        _: &mut C,
+        _: &[Branch],
+        _: Option<usize>,
+    ) -> Option<(Vec3<C::Number>, Vec3<C::Number>)> {
+        None
+    }
+
+    fn resume(&mut self) {}
+}
+
+/// The part of the light that the first point scatters.
+pub(crate) struct FirstAlone(pub(crate) Rgb<f64>);
+
+impl<C: Calculus<Number = f64>> Parts<C> for FirstAlone {
+    fn total(&mut self) -> &mut Rgb<f64> {
+        &mut self.0
+    }
+
+    fn begin(&mut self, _: &mut C, _: &[Branch], _: Option<usize>) -> Option<(Vec3<f64>, Vec3<f64>)> {
+        None
+    }
+
+    fn resume(&mut self) {}
+
+    fn is_first_alone(&self) -> bool {
+        true
+    }
+}
+
+/// An ideal boundary on a path.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Passed {
+    pub(super) hit: Hit,
+    pub(super) numbers: [f64; 3],
+    /// Weight of Russian roulette there.
+    pub(super) survival: f64,
+}
+
+/// Where the direction was chosen that determines a chain.
+#[derive(Clone, Debug)]
+pub(super) enum Departure<T> {
+    Film,
+    Bounce {
+        /// The path that arrives there.
+        arriving: Scattered<T>,
+        hit: Hit,
+        direction: DVec3,
+        density: f64,
+    },
+}
+
+/// The chain since the last departure.
+#[derive(Clone, Debug)]
+pub(super) struct Trail<T> {
+    pub(super) departure: Departure<T>,
+    pub(super) branches: Vec<Branch>,
+    pub(super) passed: Vec<Passed>,
+    /// Whether any point of the path was at an ideal boundary.
+    pub(super) has_passed: bool,
+}
+
+impl<T> Trail<T> {
+    pub(super) fn new() -> Self {
+        Self { departure: Departure::Film, branches: vec![], passed: vec![], has_passed: false }
+    }
+
+    /// Begins a chain at a bounce.
+    pub(super) fn depart(&mut self, departure: Departure<T>) {
+        self.departure = departure;
+        self.branches.clear();
+        self.passed.clear();
+    }
+
+    pub(super) fn pass(&mut self, branch: Branch, passed: Passed) {
+        self.branches.push(branch);
+        self.passed.push(passed);
+        self.has_passed = true;
+    }
+}
+
+impl Paths<'_> {
+    /// The path along a chain up to `hit`, with the chain's own warp or that of a light at its end; `None` if
+    /// it has no other warp than the path so far.
+    pub(super) fn again<C: Calculus>(
+        &self,
+        calculus: &mut C,
+        parts: &mut impl Parts<C>,
+        trail: &Trail<C::Number>,
+        hit: Option<Hit>,
+        light: Option<usize>,
+    ) -> Option<Scattered<C::Number>> {
+        if !calculus.follows_chains() {
+            return None;
+        }
+        let mut path = match &trail.departure {
+            Departure::Film => {
+                let (origin, direction) = parts.begin(calculus, &trail.branches, light)?;
+                Scattered::new(origin, direction, None)
+            }
+            Departure::Bounce { arriving, hit, direction, density } => {
+                let point = self.point_at(calculus, arriving, hit);
+                let shading = &point.shading(self.scene, calculus)?;
+                let kernel = self.kernels.of_bounce(shading, VisibilityDomain::Radiance, None);
+                let (x, from) = (point.position, point.surface);
+                let warped = calculus.chain_warp(x, from, *direction, kernel, &trail.branches, light);
+                let throughput = arriving.throughput * reflect(shading, &warped, 1.0 / density);
+                let compression = arriving.compression * shading.compression(*direction);
+                let direction = warped.direction;
+                Scattered { origin: x, direction, throughput, compression, hit: None }
+            }
+        };
+        for Passed { hit, numbers, survival } in &trail.passed {
+            let point = self.point_at(calculus, &path, hit);
+            let shading = point.shading(self.scene, calculus)?;
+            let Some(Bounce::Ideal(ideal)) = shading.sample(*numbers) else { return None };
+            path.throughput = path.throughput * C::Number::constant(*survival) * ideal.factor;
+            path.compression *= shading.compression(ideal.direction.value());
+            path.origin = point.position;
+            path.direction = ideal.direction;
+        }
+        Some(Scattered { hit, ..path })
+    }
+
+    pub(super) fn point_at<C: Calculus>(
+        &self,
+        calculus: &C,
+        path: &Scattered<C::Number>,
+        hit: &Hit,
+    ) -> SurfacePoint<C::Number> {
+        SurfacePoint::new(self.scene, calculus, path.origin, path.direction, hit.surface, hit.distance)
+    }
+}
