@@ -159,16 +159,6 @@ fn unlit(scene: &Scene) -> Option<Finding> {
 fn unseen(shape: &Shape, material: &Material) -> Option<Finding> {
     let finding = |what: String, advice| Some(Finding { grave: true, what, advice });
     let id = &shape.id;
-    if material.bsdf.transmits() || material.opacity.is_some() {
-        let what = format!("shape `{id}` transmits light: no warp sees discontinuities behind it");
-        return finding(what, "give it another material, or take --method finite-difference");
-    }
-    if material.bsdf.is_mirror() {
-        let what = format!(
-            "shape `{id}` reflects as an ideal mirror: no warp sees discontinuities of its reflection"
-        );
-        return finding(what, "give it a roughness, or take --method finite-difference");
-    }
     if material.relief.is_some() {
         let what = format!("shape `{id}` has a bump or normal map: no warp sees its discontinuities");
         return finding(what, "leave out the bump or normal map, or take --method finite-difference");

@@ -10,9 +10,10 @@ use crate::scene::{Light, Scene, parts};
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Unsupported {
-    /// Geometry moves in front of an ideal mirror or a smooth coating.
+    /// Geometry moves in front of an ideal mirror or a smooth coating, and the method is not warped-area
+    /// sampling.
     #[error(
-        "material `{material}` of shape `{shape}` reflects as an ideal mirror: discontinuities seen through a mirror are not handled; give it a roughness, keep geometry static, or use edge sampling and allow missing mirrors"
+        "material `{material}` of shape `{shape}` reflects as an ideal mirror, and no list says where edges are seen in it; use warped-area sampling or finite differences, or edge sampling and allow missing mirrors"
     )]
     Mirror {
         /// The mirror's shape.
@@ -20,9 +21,10 @@ pub enum Unsupported {
         /// Its material.
         material: String,
     },
-    /// Geometry moves that is visible through a transmissive surface.
+    /// Geometry moves that is visible through a transmissive surface, and the method is not warped-area
+    /// sampling.
     #[error(
-        "material `{material}` of shape `{shape}` transmits light: discontinuities seen through it are not handled; give it another material, keep geometry static, or use finite differences, or edge sampling and allow missing transmission"
+        "material `{material}` of shape `{shape}` transmits light, and no list says where edges are seen through it; use warped-area sampling or finite differences, or edge sampling and allow missing transmission"
     )]
     Transmission {
         /// The shape.
@@ -61,15 +63,16 @@ pub enum Unsupported {
     /// The field of view of an orthographic camera changes.
     #[error("the camera is orthographic and has no field of view; translate or rotate it instead")]
     FieldOfView,
-    /// A point light moves, or geometry under it: its shadows have no penumbra.
+    /// A point light moves, or geometry under it, and the method is not warped-area sampling: its shadows have
+    /// no penumbra.
     #[error(
-        "point light `{light}` casts shadows without a penumbra, whose motion is not handled; replace it by a small emitting shape, keep geometry static, or use finite differences, or edge sampling and allow missing point lights"
+        "point light `{light}` casts shadows without a penumbra, whose motion is not handled; use warped-area sampling or finite differences, or edge sampling and allow missing point lights, or replace it by a small emitting shape"
     )]
     Delta {
         /// The light.
         light: String,
     },
-    /// A light with an abrupt beam border moves.
+    /// A light with an abrupt beam border moves, or geometry under it.
     #[error(
         "the light of `{light}` ends abruptly, at the border of its slide or cone, whose motion no warp sees; make the slide black along its border, or beam_width less than cutoff_angle, or take finite differences, or edge sampling and allow missing point lights"
     )]
@@ -77,9 +80,9 @@ pub enum Unsupported {
         /// The light.
         light: String,
     },
-    /// A directional light moves, or geometry under it.
+    /// A directional light moves, or geometry under it, and the method is not warped-area sampling.
     #[error(
-        "light `{light}` casts shadows without a penumbra, whose motion is not handled; give it a finite kappa, keep geometry static, or use finite differences, or edge sampling and allow missing parallel lights"
+        "light `{light}` casts shadows without a penumbra, whose motion is not handled; use warped-area sampling or finite differences, or edge sampling and allow missing parallel lights, or give it a finite kappa"
     )]
     Parallel {
         /// The light.
@@ -101,6 +104,12 @@ pub enum Missing {
     PointLight,
     /// Shadows of directional lights: [`Unsupported::Parallel`].
     ParallelLight,
+}
+
+impl Missing {
+    /// Every kind.
+    const ALL: [Self; 5] =
+        [Self::Mirror, Self::Transmission, Self::Relief, Self::PointLight, Self::ParallelLight];
 }
 
 impl Unsupported {
@@ -134,18 +143,27 @@ pub(super) fn has_chains(scene: &Scene) -> bool {
     jumps_unseen(scene).iter().any(Unsupported::is_in_a_chain)
 }
 
-/// Everything in a scene that prevents gradients along a tangent by methods other than [finite
-/// differences](super::FiniteDifference).
+/// Everything in a scene that prevents gradients along a tangent by
+/// [warped-area sampling](super::WarpedArea). Edge sampling and the rotation heuristic support less: no mirrors,
+/// no transmission and no lights without extent where geometry moves.
 #[must_use]
 pub fn unsupported(scene: &Scene, change: &Tangent) -> Vec<Unsupported> {
-    let all = [
-        Missing::Mirror,
-        Missing::Transmission,
-        Missing::Relief,
-        Missing::PointLight,
-        Missing::ParallelLight,
-    ];
-    left_out_of_tangent(scene, change, false, &all).unwrap_or_else(|refused| vec![refused])
+    left_out_of_tangent(scene, change, true, &Missing::ALL).unwrap_or_else(|refused| vec![refused])
+}
+
+/// Whether a tangent moves light that comes through chains, or of lights without extent.
+pub(super) fn moves_chains(scene: &Scene, change: &Tangent) -> bool {
+    left_out_of_tangent(scene, change, false, &Missing::ALL).is_ok_and(has_any_in_a_chain)
+}
+
+/// Like [`moves_chains`], for active parameters.
+pub(super) fn may_move_chains(scene: &Scene, active: &ActiveParameters) -> bool {
+    left_out_of_active(scene, active, false, &Missing::ALL).is_ok_and(has_any_in_a_chain)
+}
+
+#[expect(clippy::needless_pass_by_value, reason = "for results")]
+fn has_any_in_a_chain(all: Vec<Unsupported>) -> bool {
+    all.iter().any(Unsupported::is_in_a_chain)
 }
 
 /// Discontinuities of a tangent whose motion would be lost, if all of them are permitted.
@@ -242,7 +260,9 @@ fn jumps_unseen(scene: &Scene) -> Vec<Unsupported> {
         });
         [transmission, mirror, relief].into_iter().flatten()
     });
-    surfaces.chain(d.lights.iter().filter_map(hard_shadows)).collect()
+    let beams = d.lights.iter().filter(|light| beam_ends(scene, light));
+    let beams = beams.map(|light| Unsupported::Beam { light: light.id().clone() });
+    surfaces.chain(d.lights.iter().filter_map(hard_shadows)).chain(beams).collect()
 }
 
 /// Whether only emission is visible: no reflection, transmission or illumination.
@@ -259,7 +279,10 @@ fn with_lights(
     for light in moved.map(|l| &scene.lights()[l]).filter(|light| light.is_delta()) {
         let shadows = hard_shadows(light).filter(|shadows| !all.contains(shadows));
         all.extend(shadows.filter(|_| casts_shadows(scene, light)));
-        all.extend(beam_ends(scene, light).then(|| Unsupported::Beam { light: light.id().clone() }));
+        let beam = Unsupported::Beam { light: light.id().clone() };
+        if !all.contains(&beam) && beam_ends(scene, light) {
+            all.push(beam);
+        }
     }
     all
 }

@@ -197,14 +197,16 @@ fn a_pilot_chooses() {
     assert!(!text.contains("a pilot chose"), "{text}");
 }
 
-/// A mirror refuses what moves, unless its jumps may be left out; then that is printed, and kept in the file.
+/// Edge sampling refuses what moves before a mirror, unless its jumps may be left out; then that is printed, and kept in the file.
 #[test]
 fn what_is_left_out_is_said_and_kept() {
     let glass = r#"<bsdf type="conductor" id="glass"/><emitter type="point" id="bulb"><point name="position" value="0,3,3"/></emitter>
       <shape type="rectangle" id="wall"><transform name="to_world"><translate z="-2"/></transform><ref id="glass"/></shape>"#;
     let place = Place::with(glass);
     let moved = "gradient scene.xml --spp 1 --move sheet:translate:1,0,0 -o g.exr";
-    place.fail(moved, 1, &["`wall` reflects as an ideal mirror", "allow missing mirrors"]);
+    place.succeed(moved);
+    let edges = format!("{moved} --method edge");
+    place.fail(&edges, 1, &["`wall` reflects as an ideal mirror", "allow missing mirrors"]);
     place.fail(&format!("{moved} --allow-missing mirror"), 1, &["point light `bulb`"]);
     let text = place.succeed(&format!("{moved} --allow-missing mirror,point-light"));
     let said = [

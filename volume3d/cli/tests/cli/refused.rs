@@ -109,10 +109,11 @@ fn failures_say_what_to_do() {
 
 #[test]
 fn what_no_warp_sees_is_refused_by_name() {
-    let place =
-        Place::with("<emitter type='point' id='bulb'><point name='position' value='0,0,2'/></emitter>");
+    let beam = "<emitter type='spot' id='beam'><transform name='to_world'><lookat origin='0,0,2' target='0,0,0' up='0,1,0'/></transform>
+      <float name='cutoff_angle' value='12'/><float name='beam_width' value='12'/></emitter>";
+    let place = Place::with(beam);
     let moved = "gradient scene.xml --move sheet:translate:1,0,0 -o a.exr";
-    assert!(!place.fail(moved, 1, &["`bulb`"]).contains("kappa"));
+    place.fail(moved, 1, &["the light of `beam` ends abruptly"]);
     let text = place.succeed(&format!("{moved} --method interior"));
     assert!(text.contains("WARNING: the interior term alone is biased"), "{text}");
     place.succeed(&format!("{moved} --method finite-difference"));
@@ -120,17 +121,31 @@ fn what_no_warp_sees_is_refused_by_name() {
     let linted = place.fail("lint scene.xml --move sheet:translate:1,0,0", 1, &["WRONG: "]);
     let reason = linted.lines().find_map(|line| line.strip_prefix("WRONG: ")).unwrap();
     assert!(refused.contains(reason), "{refused} {linted}");
-    assert!(!place.succeed("lint scene.xml --move bulb:intensity:1,1,1").contains("WRONG"));
+    assert!(!place.succeed("lint scene.xml --move beam:intensity:1,1,1").contains("WRONG"));
+}
+
+#[test]
+fn edge_sampling_refuses_lights_without_extent() {
+    let place =
+        Place::with("<emitter type='point' id='bulb'><point name='position' value='0,0,2'/></emitter>");
+    let moved = "gradient scene.xml --move sheet:translate:1,0,0 -o a.exr --spp 2";
+    place.succeed(moved);
+    assert!(!place.fail(&format!("{moved} --method edge"), 1, &["`bulb`"]).contains("kappa"));
+    assert!(!place.succeed("lint scene.xml --move sheet:translate:1,0,0").contains("WRONG"));
     assert!(place.succeed("info scene.xml").contains("light `bulb` has no extent"));
     // Its light falls on a sheet before a wall: it casts a shadow.
     let shifted = "gradient scene.xml --move bulb:translate:1,0,0 -o a.exr --spp 2";
-    place.fail(shifted, 1, &["point light `bulb` casts shadows without a penumbra"]);
-    let text = place.succeed(&format!("{shifted} --method edge --allow-missing point-light"));
+    place.succeed(shifted);
+    let edges = format!("{shifted} --method edge");
+    place.fail(&edges, 1, &["point light `bulb` casts shadows without a penumbra"]);
+    let text = place.succeed(&format!("{edges} --allow-missing point-light"));
     assert!(text.contains("the motion of the shadows of point light `bulb`"), "{text}");
     place.write_adjoint(vec![DVec3::ONE; 64]);
     let reverse = "gradient scene.xml --adjoint adj.exr --wrt bulb.translation -o a.npy --spp 2";
-    place.fail(reverse, 1, &["point light `bulb` casts shadows without a penumbra"]);
-    place.succeed(&format!("{reverse} --method edge --allow-missing point-light"));
+    place.succeed(reverse);
+    let edges = format!("{reverse} --method edge");
+    place.fail(&edges, 1, &["point light `bulb` casts shadows without a penumbra"]);
+    place.succeed(&format!("{edges} --allow-missing point-light"));
 }
 
 /// A slab whose front is flush with that of the table on which it slides.

@@ -27,6 +27,9 @@
 //! If the trial of the softened field saw no shadow, its field towards lights is exact: sampled curves miss
 //! shadows that are a small part of what the film shows.
 //!
+//! Where light comes through ideal mirrors, glass or masks, or from lights without extent, the exact mean is
+//! used without a trial: only warped-area sampling follows discontinuities there.
+//!
 //! Edge sampling is not a candidate with implicit surfaces, whose silhouettes it does not support; with
 //! materials that are not diffuse, as few samples find what narrow lobes see; or with more emitting shapes
 //! than contacts are detected for. The exact mean is used without a trial if implicit surfaces are present
@@ -62,6 +65,7 @@ use self::survey::{Seen, softened};
 use self::trial::Trial;
 use super::curve::contacts_are_followed;
 use super::error::check_adjoint;
+use super::unsupported::moves_chains;
 use super::{ActiveParameters, EdgeSampling, Field, GradientError, Progress, Tangent, WarpedArea};
 use crate::Image;
 use crate::scene::{Bsdf, Scene, Triangle};
@@ -223,7 +227,8 @@ impl Pilot {
         }
         let implicit = !scene.description.implicits.is_empty();
         let meshes = change.positions.iter().any(|rate| *rate != DVec3::ZERO);
-        if !change.is_geometric() || (implicit && !meshes) {
+        // Light through chains has one method only.
+        if !change.is_geometric() || (implicit && !meshes) || moves_chains(scene, change) {
             return Ok(Survey::nothing());
         }
         if self.is_in_haste(scene) {

@@ -86,10 +86,10 @@ fn forward_and_reverse_are_transposes() {
     }
 }
 
-/// Geometry that moves in front of an ideal mirror, and a moving light without extent, are errors in forward
-/// and reverse mode.
+/// Geometry that moves in front of an ideal mirror, and a moving light without extent, are errors of edge
+/// sampling and of the rotation heuristic in forward and reverse mode.
 #[test]
-fn what_no_warp_sees_is_refused() {
+fn what_no_list_has_is_refused() {
     let camera = Camera::look_at(DVec3::new(0.0, 1.0, 3.0), DVec3::ZERO, DVec3::Y, 0.8);
     let mut d = Description::new(camera, film(4, Filter::Box));
     let grey = d.add_material(Material::diffuse("grey", DVec3::splat(0.5)));
@@ -107,11 +107,11 @@ fn what_no_warp_sees_is_refused() {
     let mirror = Scene::new(d).unwrap();
     let refuses = |scene: &Scene, change: &Tangent, active: &ActiveParameters, unsupported: &Unsupported| {
         let (adjoint, none) = (Image::constant(4, 4, DVec3::ONE), Progress::none());
-        let (warped, edges) = (WarpedArea::default(), EdgeSampling::default());
+        let (rotation, edges) = (Rotation::default(), EdgeSampling::default());
         let found = [
-            warped.forward(scene, change, &none).err(),
+            rotation.forward(scene, change, &none).err(),
             edges.forward(scene, change, &none).err(),
-            warped.reverse(scene, &adjoint, active, &none).err(),
+            rotation.reverse(scene, &adjoint, active, &none).err(),
             edges.reverse(scene, &adjoint, active, &none).err(),
         ];
         for error in found {

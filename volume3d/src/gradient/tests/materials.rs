@@ -15,11 +15,11 @@ fn white() -> Reflectance {
     Reflectance::Constant(DVec3::ONE)
 }
 
-fn glass(facets: Option<Roughness>) -> Dielectric {
+pub(super) fn glass(facets: Option<Roughness>) -> Dielectric {
     Dielectric { eta: 1.5, facets, specular_reflectance: DVec3::ONE, specular_transmittance: white() }
 }
 
-fn plastic(facets: Option<Roughness>) -> Bsdf {
+pub(super) fn plastic(facets: Option<Roughness>) -> Bsdf {
     Bsdf::Plastic(Plastic {
         eta: 1.5,
         facets,
@@ -307,7 +307,8 @@ fn facets_without_coordinates_are_the_same_in_all_directions() {
     assert_eq!(image(1.0), image(0.4));
 }
 
-/// Discontinuities that the methods do not handle are refused by name, and nothing else is.
+/// Discontinuities that the methods do not handle are refused by name, and nothing else is: bump maps, and by
+/// edge sampling mirrors and transmission.
 #[test]
 fn moving_geometry_is_refused_where_jumps_are_lost() {
     let texels = vec![DVec3::splat(0.5); 4];
@@ -353,9 +354,13 @@ fn moving_geometry_is_refused_where_jumps_are_lost() {
         let scene = Scene::new(d).unwrap();
         let mut change = Tangent::still(&scene);
         change.translate(&scene, 0, DVec3::X);
-        let method = WarpedArea { samples: 1, ..WarpedArea::default() };
+        let method = EdgeSampling { samples: 1, primary: 1, secondary: 1, ..EdgeSampling::default() };
         let found = method.forward(&scene, &change, &Progress::none()).err();
+        let is_relief = |e: &Unsupported| matches!(e, Unsupported::Relief { .. });
+        let refused = expected.clone().filter(is_relief).map(GradientError::Unsupported);
         assert_eq!(found, expected.map(GradientError::Unsupported));
+        let warped = WarpedArea { samples: 1, ..WarpedArea::default() };
+        assert_eq!(warped.forward(&scene, &change, &Progress::none()).err(), refused);
         let mut d = scene.description().clone();
         d.integrator.max_depth = Some(1);
         let dark = method.forward(&Scene::new(d).unwrap(), &change, &Progress::none());

@@ -143,7 +143,7 @@ fn mirrors_in_mixtures_are_refused_too() {
     let scene = Scene::new(sheet([colour(DVec3::ONE), metal(None)], Value::Constant(0.5))).unwrap();
     let mut change = Tangent::still(&scene);
     change.translate(&scene, 0, DVec3::X);
-    let found = WarpedArea::default().forward(&scene, &change, &Progress::none()).err();
+    let found = EdgeSampling::default().forward(&scene, &change, &Progress::none()).err();
     let (shape, material) = ("sheet".to_owned(), "second".to_owned());
     assert_eq!(found, Some(GradientError::Unsupported(Unsupported::Mirror { shape, material })));
 }

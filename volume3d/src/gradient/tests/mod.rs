@@ -1,6 +1,7 @@
 //! Tests of gradients on simple scenes with known answers.
 
 mod camera;
+mod chains;
 mod coincident;
 pub(crate) mod comparisons;
 mod cut;

@@ -34,8 +34,8 @@ use super::progress::Progress;
 use super::result::{Gradient, GradientImage};
 use super::tangent::{ActiveParameters, Tangent};
 use super::unsupported::{
-    has_chains, left_out_of_active, left_out_of_tangent, supports_field_of_view, supports_meshes_only,
-    supports_no_media,
+    has_chains, left_out_of_active, left_out_of_tangent, may_move_chains, moves_chains,
+    supports_field_of_view, supports_meshes_only, supports_no_media,
 };
 use crate::Image;
 use crate::path::{Kernels, Paths};
@@ -129,8 +129,8 @@ impl WarpedArea {
     /// Derivative of every pixel along a tangent.
     ///
     /// # Errors
-    /// [`GradientError`]: `Unsupported` if geometry moves in front of ideal mirrors or under lights without
-    /// extent, or such a light moves that casts shadows, `Tangent` if the tangent belongs to another scene,
+    /// [`GradientError`]: `Unsupported` if geometry moves in front of bump or normal maps or under lights whose
+    /// beams end abruptly, or such a light moves, `Tangent` if the tangent belongs to another scene,
     /// `Samples`, `Reach`, `Softness`, `ImplicitField`, `Allocation` and `Warp` for parameters out of range,
     /// and `Stopped`.
     pub fn forward(
@@ -163,8 +163,8 @@ impl WarpedArea {
     /// sampled curves.
     ///
     /// # Errors
-    /// [`GradientError`]: `Unsupported` if geometry is active in front of ideal mirrors or under lights
-    /// without extent, or such a light moves that casts shadows, `Adjoint` or
+    /// [`GradientError`]: `Unsupported` if geometry is active in front of bump or normal maps or under lights
+    /// whose beams end abruptly, or such a light moves, `Adjoint` or
     /// `NonFiniteAdjoint` if the adjoint image differs from the film in size or is not finite, `Samples`,
     /// `Reach`, `Softness`, `ImplicitField`, `Allocation` and `Warp` for parameters out of range, and
     /// `Stopped`.
@@ -241,7 +241,8 @@ impl WarpedArea {
     ) -> Result<GradientImage, GradientError> {
         self.check_forward(scene, change, construction)?;
         let before = scene.trace_counts();
-        let moves = (change.is_geometric(), change.moves_lights());
+        let follows_chains = self.warps && splits(construction) && moves_chains(scene, change);
+        let moves = (change.is_geometric(), follows_chains);
         let job = self.job(scene, construction, moves, progress)?;
         let motion = &Motion::new(scene, change);
         let mut image = job.forward::<N, K>(motion, progress)?;
@@ -263,7 +264,8 @@ impl WarpedArea {
     ) -> Result<Gradient, GradientError> {
         self.check_reverse(scene, adjoint, active, construction)?;
         let before = scene.trace_counts();
-        let moves = (active.is_geometric(), active.moves_lights());
+        let follows_chains = self.warps && splits(construction) && may_move_chains(scene, active);
+        let moves = (active.is_geometric(), follows_chains);
         let job = self.job(scene, construction, moves, progress)?;
         let mut sums = Sums::new(scene);
         job.reverse(&adjoint.pixels, active, progress, &mut sums)?;
@@ -337,7 +339,7 @@ impl WarpedArea {
         &'s self,
         scene: &'s Scene,
         construction: Construction,
-        (geometric, lights): (bool, bool),
+        (geometric, follows_chains): (bool, bool),
         progress: &Progress,
     ) -> Result<Job<'s>, GradientError> {
         let paths = Paths::new(scene, self.kernels);
@@ -355,8 +357,6 @@ impl WarpedArea {
         if let Some(edges) = edges.as_ref().filter(|_| is_softened) {
             edges.measure(scene);
         }
-        let moves = geometric || lights;
-        let follows_chains = self.warps && moves && splits(construction) && has_chains(scene);
         Ok(Job { method: self, paths, film, control_variate, construction, edges, follows_chains })
     }
 }
