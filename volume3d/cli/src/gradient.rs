@@ -38,10 +38,10 @@ use super::{contact, reverse};
 /// With the same --seed, --spp and --method, forward and reverse mode are transposes of each other up to
 /// rounding (for edge sampling if all shapes of --wrt move; not with a pilot, which chooses for each).
 ///
-/// Refused: moving shapes or a moving camera in a scene with an ideal mirror or a light without extent, and
-/// moving such a light if it casts shadows, because no warp sees these discontinuities. --method
-/// finite-difference supports such scenes. --allow-missing uses edge sampling, leaves out these
-/// discontinuities and says so.
+/// Refused: moving shapes or a moving camera in a scene with a bump or normal map or under a light whose beam
+/// ends abruptly. --method finite-difference supports such scenes. Edge sampling also refuses ideal mirrors,
+/// glass, masks and lights without extent; --allow-missing uses it, leaves out these discontinuities and says
+/// so.
 ///
 /// A WARNING says that one sample carries at least 2% of the sum of |gradient| (over pixels; in reverse mode
 /// over positions) and at least 256 times its share. Then the distribution has heavy tails, as in penumbrae

@@ -45,16 +45,16 @@ pub(super) struct MethodOptions {
 pub(super) enum Method {
     /// Warped area (exact or softened mean) or edge sampling, whichever a pilot with few samples expects to
     /// have the smaller error in the time of --spp samples of warped-area; the pilot also splits the samples.
-    /// Unbiased. Refuses scenes that both refuse. Always warped area for scenes with implicit surfaces, and
-    /// if no geometry moves.
+    /// Unbiased. Always warped area for scenes with implicit surfaces, ideal mirrors, glass, masks or lights
+    /// without extent, and if no geometry moves.
     #[value(name = "auto")]
     Automatic,
-    /// Warped-area sampling: unbiased, except with --debias none. Refuses mirrors and lights without extent
-    /// where geometry moves.
+    /// Warped-area sampling: unbiased, except with --debias none. Refuses bump maps and abrupt beams where
+    /// geometry moves.
     WarpedArea,
     /// Edge sampling: unbiased. Uses --spp paths per pixel and as many samples of each kind of discontinuity:
-    /// up to two kinds seen by the camera, and up to five seen from surfaces. Refuses the scenes that
-    /// warped-area refuses.
+    /// up to two kinds seen by the camera, and up to five seen from surfaces. Refuses moving geometry with ideal
+    /// mirrors, glass, masks and lights without extent, too.
     Edge,
     /// One rotation per kernel: biased unless what moves rotates as a whole.
     Rotation,

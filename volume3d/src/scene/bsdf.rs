@@ -228,7 +228,7 @@ impl Bsdf {
         }
     }
 
-    /// Whether it has an ideal specular reflection: discontinuities seen through a mirror are not handled.
+    /// Whether it has an ideal specular reflection.
     #[must_use]
     pub fn is_mirror(&self) -> bool {
         match self {
@@ -240,7 +240,7 @@ impl Bsdf {
         }
     }
 
-    /// Whether it is transmissive: discontinuities seen through it are not handled.
+    /// Whether it is transmissive.
     #[must_use]
     pub fn transmits(&self) -> bool {
         match self {
