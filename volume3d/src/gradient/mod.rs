@@ -59,6 +59,7 @@ mod differential;
 mod displaced;
 mod driver;
 mod edge_sampling;
+mod edges;
 mod error;
 mod estimator;
 mod film;

@@ -11,8 +11,8 @@
 //!
 //! # The set S(u)
 //!
-//! A *face* is a set of coplanar triangles that continue one another without a discontinuity. If T is the
-//! face seen at u, S(u) consists of
+//! A [*face*](super::edges) is a set of coplanar triangles that continue one another without a
+//! discontinuity. If T is the face seen at u, S(u) consists of
 //!
 //! 1. every silhouette, border and crossing of the scene, clipped to the half space in front of the plane of
 //!    T, and
@@ -74,7 +74,6 @@ mod tree;
 
 pub(crate) use arc::{AngularSupport, WIDEST};
 pub(crate) use edge::{Cone, HalfSpace};
-pub(crate) use faces::Faces;
 pub(crate) use field::{JumpMean, Silhouettes, View};
 pub(crate) use level_set::{Known, LevelSetTap, Sight};
 pub(crate) use listed::Listed;

@@ -6,17 +6,19 @@
 //! and V is compared from both sides. Fields that violate a condition of the lemma must fail on the same
 //! scenes.
 
+use std::sync::Arc;
+
 use flatland::random::{Stream, open01, stream};
 use flatland::sdf::{End, Trace};
 use flatland::warp::LinearField as _;
 use glam::{DMat3, DVec3};
 
 use super::edge::Edge;
-use super::faces::Faces;
 use super::scene_edges::{SceneEdges, edges};
 use super::{AngularSupport, HalfSpace, JumpMean, Known, Sight, Silhouettes, View};
 use crate::geometry::Mesh;
 use crate::gradient::ImplicitField;
+use crate::gradient::edges::EdgeList;
 use crate::path::VisibilityDomain;
 use crate::scene::{Camera, Description, Film, Filter, Material, NONE, Scene, Span, Surface};
 
@@ -266,9 +268,9 @@ fn a_softened_field_is_the_same_from_both_sides_where_faces_continue_one_another
             [a, b].map(|t| scene.shape_of(Surface::Triangle(t))) == [0; 2]
         };
         let all = |e: &Edge| Edge { owners: [NONE; 2], seam: false, ..*e };
-        let faces = Faces::grow(&scene);
-        let softened = edges(&scene, &faces).iter().map(all).collect();
-        let softened = SceneEdges::assemble(softened, faces.into());
+        let list = EdgeList::new(&scene);
+        let softened = edges(&scene, &list, list.first()).iter().map(all).collect();
+        let softened = SceneEdges::assemble(softened, Arc::clone(list.first()));
         let (jump, met, largest) = scan_where(&scene, &SceneEdges::new(&scene), reach, continues);
         let (wrong, ..) = scan_where(&scene, &softened, reach, continues);
         println!("{}: met {met}, jump {jump:.1e}, with softened borders {wrong:.1e}", kind.name);
@@ -281,15 +283,16 @@ fn a_softened_field_is_the_same_from_both_sides_where_faces_continue_one_another
 
 /// Edges without crossings.
 fn uncrossed(scene: &Scene) -> SceneEdges {
-    let faces = Faces::grow(scene);
+    let list = EdgeList::new(scene);
     let kept = |e: &Edge| matches!(e.span, Span::Edge(_));
-    SceneEdges::assemble(edges(scene, &faces).into_iter().filter(kept).collect(), faces.into())
+    let kept = edges(scene, &list, list.first()).into_iter().filter(kept).collect();
+    SceneEdges::assemble(kept, Arc::clone(list.first()))
 }
 
 /// Edges of triangles in place of faces, with seams as discontinuities.
 fn faceless(scene: &Scene) -> SceneEdges {
     let faces: Vec<u32> = (0..scene.triangles.len() as u32).collect();
-    let split = edges(scene, &faces).into_iter().map(|e| Edge { seam: false, ..e });
+    let split = edges(scene, &EdgeList::new(scene), &faces).into_iter().map(|e| Edge { seam: false, ..e });
     SceneEdges::assemble(split.collect(), faces.into())
 }
 

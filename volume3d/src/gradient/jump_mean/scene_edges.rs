@@ -1,4 +1,4 @@
-//! All edges of a scene, with queries for discontinuities near a direction.
+//! Hierarchy of a scene's edges, with queries for discontinuities near a direction.
 
 use std::sync::{Arc, OnceLock};
 
@@ -9,10 +9,10 @@ use super::edge::{Cone, Edge};
 use super::extent::Extents;
 use super::faces::Faces;
 use super::tree::{Layout, Tree};
-use crate::geometry::Edges;
+use crate::gradient::edges::EdgeList;
 use crate::scene::{NONE, Scene, Span};
 
-/// Edges of a scene and the faces that they bound.
+/// Hierarchy of the edges of a scene, and the faces that they bound.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SceneEdges {
     tree: Tree,
@@ -25,8 +25,8 @@ pub(crate) struct SceneEdges {
 impl SceneEdges {
     /// Edges and crossings of a scene.
     pub(crate) fn new(scene: &Scene) -> Self {
-        let faces = Faces::grown(scene);
-        let all = Self::assemble(edges(scene, &faces), faces);
+        let list = scene.derived(EdgeList::new);
+        let all = Self::assemble(edges(scene, &list, list.first()), Arc::clone(list.first()));
         Self { crowding: Crowding::of(&all.tree, scene.rounding()), ..all }
     }
 
@@ -81,38 +81,29 @@ impl SceneEdges {
     }
 }
 
-/// Every edge once, ordered by its ends, and every crossing; without edges between triangles of one face that
-/// are neither discontinuities nor possible silhouettes.
-pub(super) fn edges(scene: &Scene, first: &[u32]) -> Vec<Edge> {
+/// Every edge of the list, ordered by its ends, and every crossing; without edges between triangles of one
+/// face that are neither discontinuities nor possible silhouettes. `first` has the first triangle of each
+/// triangle's face.
+pub(super) fn edges(scene: &Scene, list: &EdgeList, first: &[u32]) -> Vec<Edge> {
     let normal = |t: u32| {
         let [a, b, c] = scene.corners(t);
         (b - a).cross(c - a).normalize_or_zero()
     };
-    let edges = Edges::of(scene.triangles.iter().map(|t| t.positions));
-    let mut all = Vec::with_capacity(edges.iter().count() + scene.crossings().all().len());
-    let edges = edges
-        .iter()
-        .map(|sides| {
-            let ends = sides[0].ends;
-            let (normals, faces, seam) = match sides {
-                [a, b] if a.ascending != b.ascending => {
-                    let [s, t] = [a.triangle, b.triangle];
-                    let faces = [s, t].map(|t| first[t as usize]);
-                    ([normal(s), normal(t)], faces, !scene.adjacency.jumps(s, a.corner as usize))
-                }
-                _ => ([DVec3::ZERO; 2], [NONE; 2], false),
-            };
-            let places = ends.map(|i| scene.positions[i as usize]);
-            // Within a face it can only be a silhouette.
-            let faces = if seam && faces[0] == faces[1] { [NONE; 2] } else { faces };
-            let owners = match sides {
-                [a] => [first[a.triangle as usize], NONE],
-                [a, b] => [a, b].map(|side| first[side.triangle as usize]),
-                _ => [NONE; 2],
-            };
-            Edge { span: Span::Edge(ends), places, normals, faces, owners, seam }
-        })
-        .filter(|e| e.places[0] != e.places[1] && !(is_flat(e.normals) && e.faces == [NONE; 2]));
+    let listed = list.by_ends();
+    let mut all = Vec::with_capacity(listed.len() + scene.crossings().all().len());
+    let edges = listed.into_iter().map(|edge| {
+        let face = |k: usize| list.faces(edge).get(k).map_or(NONE, |face| first[face.triangle as usize]);
+        let owners = if list.faces(edge).len() <= 2 { [face(0), face(1)] } else { [NONE; 2] };
+        let (normals, seam) = match list.faces(edge) {
+            [s, t] if edge.is_continued => ([normal(s.triangle), normal(t.triangle)], !edge.is_discontinuity),
+            _ => ([DVec3::ZERO; 2], false),
+        };
+        // Within a face it can only be a silhouette.
+        let is_within = seam && owners[0] == owners[1];
+        let faces = if edge.is_continued && !is_within { owners } else { [NONE; 2] };
+        Edge { span: edge.span, places: edge.span(scene), normals, faces, owners, seam }
+    });
+    let edges = edges.filter(|e| e.places[0] != e.places[1] && !(is_flat(e.normals) && e.faces == [NONE; 2]));
     all.extend(edges.chain(crossings(scene)));
     all
 }

@@ -30,8 +30,7 @@
 //! Edge sampling is not a candidate with implicit surfaces, whose silhouettes it does not support; with
 //! materials that are not diffuse, as few samples find what narrow lobes see; or with more emitting shapes
 //! than contacts are detected for. The exact mean is used without a trial if implicit surfaces are present
-//! and no mesh moves, or if listing all edges, which it does not need, would take more than a quarter of the
-//! time.
+//! and no mesh moves, or if listing and weighing all edges would take more than a quarter of the time.
 //!
 //! Area samples of warped-area sampling are allocated over the film by the same rule, if there are at least
 //! 16 of them in a single view, only geometry changes, and light is reflected only once: see
@@ -95,7 +94,7 @@ pub struct Choice {
     /// is not diffuse.
     pub candidates: Vec<Candidate>,
     /// Whether listing all edges would have taken more than a quarter of the time of the method: then there
-    /// were no trials, and the exact mean is used, which needs no list.
+    /// were no trials, and the exact mean is used.
     pub in_haste: bool,
     /// Whether the expected error of the method is as large as everything that any trial found: the choice is
     /// then a guess, and so is the result.
