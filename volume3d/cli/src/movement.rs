@@ -112,7 +112,7 @@ impl FromStr for Move {
         // An id may contain colons: it ends before the first keyword.
         let word = |i: usize| HOW.iter().map(|(word, ..)| *word).find(|word| *word == parts[i]);
         let at = (1..parts.len()).find_map(|i| Some((i, word(i)?)));
-        let Some((at, word)) = at else { return Err(format!("expected {FORMS}; or {CAMERA_FORMS}")) };
+        let Some((at, word)) = at else { return Err(expected(text)) };
         let what = parts[..at].join(":");
         let how = if what == "camera" {
             match parts[at..] {
@@ -132,18 +132,35 @@ impl FromStr for Move {
                 }
                 ["radiance" | "intensity" | "irradiance" | "reflectance", v] => How::Colour(word, vector(v)?),
                 ["roughness", rate] => How::Roughness(number(rate)?),
-                ["fov", ..] => return Err(format!("expected {FORMS}")),
+                ["fov", ..] => return Err(format!("only the camera has a field of view: {CAMERA_FORMS}")),
                 [kind, v] if kind.ends_with("texture") => {
                     How::Texels { kind: word, at: None, rate: vector(v)? }
                 }
                 [kind, at, v] if kind.ends_with("texture") => {
                     How::Texels { kind: word, at: Some(texel(at)?), rate: vector(v)? }
                 }
-                _ => return Err(format!("expected {FORMS}")),
+                _ => return Err(form(&what, word)),
             }
         };
         Ok(Self { what, how })
     }
+}
+
+/// The message for a change without a keyword: the form that was probably meant, or all forms.
+fn expected(text: &str) -> String {
+    let mut parts = text.split([':', '.']);
+    let what = parts.next().unwrap_or_default();
+    let meant = parts.find_map(|part| HOW.iter().find(|(_, parameter, _)| *parameter == part));
+    match meant {
+        Some((word, ..)) if what != "camera" => form(what, word),
+        _ => format!("expected {FORMS}; or {CAMERA_FORMS}"),
+    }
+}
+
+/// The message for a change whose rate has another form.
+fn form(what: &str, word: &str) -> String {
+    let rate = HOW.iter().find(|(known, ..)| *known == word).map_or("rate", |(.., rate)| rate);
+    format!("expected {what}:{word}:{rate}")
 }
 
 /// In the form that [`FromStr`] reads, with the shortest numbers that round-trip.
@@ -363,6 +380,14 @@ mod tests {
         ];
         for text in bad {
             assert!(parse(text).is_err(), "{text}");
+        }
+        for (text, meant) in [
+            ("a:translate", "a:translate:x,y,z"),
+            ("a:rotate:0,1,0", "a:rotate:px,py,pz:ax,ay,az"),
+            ("a.translation:1,0,0", "a:translate:x,y,z"),
+            ("a:vertex_positions:1,0,0", "a:vertex:INDEX:x,y,z"),
+        ] {
+            assert_eq!(parse(text), Err(format!("expected {meant}")));
         }
     }
 }

@@ -136,6 +136,9 @@ impl Request<'_> {
 
 fn read_adjoint(path: &Path) -> anyhow::Result<Image> {
     let is_array = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("npy"));
+    if !is_array && !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
+        bail!("{}: an adjoint has negative values, and is read from .exr or .npy", path.display());
+    }
     let image = if is_array {
         let array = read_npy(path)?;
         array.to_image().ok_or_else(|| {

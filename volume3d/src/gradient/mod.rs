@@ -47,87 +47,43 @@
 //! with `control_variate` additional samples per pixel (more with implicit surfaces, where camera rays are
 //! traced after their field has followed them).
 
-mod accumulator;
-mod allocation;
 mod auxiliary;
-mod border;
-mod by_name;
-mod camera_rays;
 mod chain;
-mod contribution;
 mod curve;
-mod differential;
-mod displaced;
-mod driver;
-mod edge_sampling;
-mod error;
-mod estimator;
+mod edges;
 mod film;
-mod film_accumulator;
-mod filter;
-mod finite_difference;
-mod followed;
-mod forward;
-mod groups;
 mod hard_shadows;
-mod implicit;
-mod implicit_field;
-mod jump_mean;
-mod motion;
-mod nearest_discontinuity;
-mod non_finite;
-mod parts;
-mod pilot;
-mod pixel_borders;
+mod methods;
+mod modes;
+mod parameters;
 mod primal;
-mod progress;
-mod regions;
-mod result;
-mod reverse;
-mod rigid;
-mod rigid_motion;
-mod rotation;
-mod rows;
-mod tangent;
+mod results;
+mod run;
 #[cfg(test)]
 pub(crate) mod tests;
-mod unit_weights;
 mod unsupported;
+mod warp;
 mod warped_area;
-mod warps;
 
-pub use allocation::Allocation;
-pub use by_name::UnknownMethod;
-pub use contribution::{Contribution, Source};
-pub use edge_sampling::EdgeSampling;
-pub use error::GradientError;
-pub use estimator::Estimator;
 pub(crate) use film::FilmPlane;
-pub use finite_difference::FiniteDifference;
-pub use implicit::ImplicitTangent;
-pub use implicit_field::ImplicitField;
-pub use non_finite::NonFinite;
-pub use pilot::{Candidate, Choice, Method, Pilot, Reason, Survey};
-pub use pixel_borders::OnPixelBorders;
+pub use film::allocation::Allocation;
+pub use film::pixel_borders::OnPixelBorders;
+pub use methods::by_name::UnknownMethod;
+pub use methods::edge_sampling::EdgeSampling;
+pub use methods::estimator::Estimator;
+pub use methods::finite_difference::FiniteDifference;
+pub use methods::pilot::{Candidate, Choice, Method, Pilot, Reason, Survey};
+pub use methods::rotation::Rotation;
+pub use parameters::implicit::ImplicitTangent;
+pub use parameters::tangent::{ActiveParameters, CameraTangent, Tangent};
 pub use primal::render;
 pub(crate) use primal::render_pixels;
-pub use progress::{Progress, Stopped};
-pub use regions::Regions;
-pub use result::{Gradient, GradientImage, Noise, OneSided, Rendering, Terms};
-pub use rotation::Rotation;
-pub use tangent::{ActiveParameters, CameraTangent, Tangent};
+pub use results::contribution::{Contribution, Source};
+pub use results::error::GradientError;
+pub use results::regions::Regions;
+pub use results::result::{Gradient, GradientImage, Noise, OneSided, Rendering, Terms};
+pub use run::non_finite::NonFinite;
+pub use run::progress::{Progress, Stopped};
 pub use unsupported::{Missing, Unsupported, unsupported};
+pub use warp::implicit_field::ImplicitField;
 pub use warped_area::{Field, WarpedArea};
-
-/// Random streams by purpose. Paths of an image, of a gradient and of finite differences are independent at
-/// the same seed: the derivative of a loss is a product of image and gradient, whose mean is the product of
-/// their means only if they share no sample.
-const PATH: u64 = 0;
-const GRADIENT_PATH: u64 = 5;
-const DIFFERENCE_PATH: u64 = 6;
-const AUXILIARY: u64 = 1;
-const EDGE: u64 = 2;
-const EDGE_AUXILIARY: u64 = 3;
-const SPLIT: u64 = 4;
-/// Mixed into the seed of the control-variate image, which must not depend on the samples.
-const CONTROL_VARIATE: u64 = 0x9E37_79B9_7F4A_7C15;

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::hard_shadows::{beam_ends, casts_shadows};
-use super::tangent::{ActiveParameters, Tangent};
+use crate::gradient::parameters::tangent::{ActiveParameters, Tangent};
 use crate::scene::{Light, Scene, parts};
 
 /// A derivative that is not supported.

@@ -11,7 +11,7 @@ use crate::scene::{Collection, Object, Scene, closest_first, listed};
 #[non_exhaustive]
 pub enum ParameterError {
     /// The name is not an object, a dot and a kind of parameter.
-    #[error("`{name}` names no parameter{}; forms are: {}", nearest_words(.name, *.nearest), FORMS.join(", "))]
+    #[error("`{name}` names no parameter{}", form_words(.name, *.nearest))]
     Form {
         /// The name.
         name: String,
@@ -73,7 +73,7 @@ pub enum ParameterError {
         name: String,
     },
     /// A parameter is named twice, or two names refer to one texture.
-    #[error("`{name}` is the same parameter as `{other}`")]
+    #[error("{}", twice(.name, .other))]
     Twice {
         /// The second name.
         name: String,
@@ -185,6 +185,14 @@ fn parameters(has: &[String], related: &[String]) -> String {
     own + &related
 }
 
+fn twice(name: &str, other: &str) -> String {
+    if name == other {
+        format!("`{name}` is given twice; keep one of them")
+    } else {
+        format!("`{name}` is the same parameter as `{other}`")
+    }
+}
+
 /// Forms of parameter names.
 const FORMS: [&str; 22] = [
     "SHAPE.vertex_positions",
@@ -238,11 +246,16 @@ const SYNONYMS: [(&[&str], &str); 9] = [
     (&["field_of_view", "focal_length", "angle_of_view"], "fov"),
 ];
 
-/// The probable meaning of the name, with its own object.
-fn nearest_words(name: &str, nearest: Option<&'static str>) -> String {
+/// The probable meaning of the name, with its own object; all forms if it is unknown.
+fn form_words(name: &str, nearest: Option<&'static str>) -> String {
     let (what, kind) = split_last(name);
     match nearest {
-        Some(form) if what.is_empty() || form.contains(' ') => format!("; the nearest form is {form}"),
+        Some(form) if form.contains(' ') => {
+            format!(
+                "; `{kind}` is not a component: vectors have x, y and z, colours r, g and b, as in `{what}.x`"
+            )
+        }
+        Some(form) if what.is_empty() => format!("; the nearest form is {form}"),
         Some(form) => format!("; did you mean `{what}.{}`?", split_last(form).1),
         None if what.is_empty() && !kind.is_empty() => {
             format!("; it is an object, a dot and a kind, such as `{kind}.translation` and `{kind}.rotation`")
@@ -250,7 +263,7 @@ fn nearest_words(name: &str, nearest: Option<&'static str>) -> String {
         None if kind.eq_ignore_ascii_case("pose") => {
             format!("; a pose is two parameters, `{what}.translation` and `{what}.rotation`")
         }
-        _ => String::new(),
+        _ => format!("; forms are: {}", FORMS.join(", ")),
     }
 }
 

@@ -6,7 +6,7 @@ use glam::DVec3;
 use super::Scene;
 
 /// A straight piece of a discontinuity.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Span {
     /// A segment between two positions.
     Edge([u32; 2]),

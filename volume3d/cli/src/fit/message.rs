@@ -181,6 +181,7 @@ fn brackets(message: &str, line: &str) -> Option<String> {
 
 fn unknown(key: &str, message: &str, table: &str) -> String {
     let here = TABLES.iter().find(|t| t.name == table).map_or("this table", |table| table.written);
+    let at = if table.is_empty() { "at" } else { "in" };
     let home = TABLES.iter().filter(|other| other.name != table && (other.keys)().iter().any(|k| k == key));
     let homes: Vec<&str> = home.map(|table| table.written).collect();
     if !homes.is_empty() {
@@ -193,17 +194,17 @@ fn unknown(key: &str, message: &str, table: &str) -> String {
     }
     let near = suggestion(message);
     if !near.is_empty() {
-        return format!("there is no key `{key}` in {here}{near}");
+        return format!("there is no key `{key}` {at} {here}{near}");
     }
     let written = ELSEWHERE.iter().find(|(words, _)| words.contains(&key)).map(|(_, written)| written);
     if let Some(written) = written {
-        return format!("there is no key `{key}` in {here}; its equivalent is {written}");
+        return format!("there is no key `{key}` {at} {here}; its equivalent is {written}");
     }
     let known: Vec<&str> = message.split('`').skip(3).step_by(2).collect();
     if known.is_empty() {
         return format!("this kind has no key `{key}`");
     }
-    format!("there is no key `{key}` in {here}, whose keys are {}", known.join(", "))
+    format!("there is no key `{key}` {at} {here}, whose keys are {}", known.join(", "))
 }
 
 fn missing(key: &str, table: &str, line: &str) -> String {

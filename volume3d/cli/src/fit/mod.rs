@@ -275,8 +275,9 @@ fn times(times: Times, steps: u64, whole: Duration) -> String {
     let each = |time: Duration| time.as_secs_f64() / steps as f64;
     let Times { update, image, gradient, optimizer } = times;
     format!(
-        "{steps} steps in {:.1} s; per step {:.4} s for images, {:.4} s for gradients, {:.4} s for the optimiser, {:.4} s \
+        "{steps} step{} in {:.1} s; per step {:.4} s for images, {:.4} s for gradients, {:.4} s for the optimiser, {:.4} s \
          for updates of the scene\n",
+        if steps == 1 { "" } else { "s" },
         whole.as_secs_f64(),
         each(image),
         each(gradient),

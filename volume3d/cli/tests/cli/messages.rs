@@ -109,7 +109,7 @@ const CHANGED: [(&str, &str, &[&str]); 64] = [
     (
         "steps = 2",
         "stepps = 2",
-        &["line 2: there is no key `stepps` in the top of the file", "did you mean `steps`?"],
+        &["line 2: there is no key `stepps` at the top of the file", "did you mean `steps`?"],
     ),
     (
         "rate = 0.04",

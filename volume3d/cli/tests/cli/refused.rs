@@ -76,7 +76,7 @@ fn failures_say_what_to_do() {
         (&format!("{moved} -o a.exr --terms none/t"), 1, "there is no folder none"),
         (&format!("{moved} -o a.exr --adjoint adj.exr --wrt camera.fov"), 2, "cannot be used with"),
         (&format!("{reverse} -o a.npy"), 2, "--wrt"),
-        (&format!("{reverse} --wrt sheet -o a.npy"), 2, "SHAPE.vertex_positions"),
+        (&format!("{reverse} --wrt sheet -o a.npy"), 2, "such as `sheet.translation`"),
         (&format!("{reverse} --wrt sheet.texture -o a.npy"), 1, "what belongs to it has `plain.reflectance`"),
         (&format!("{reverse} --wrt sheet.translation.r -o a.npy"), 1, "has the components x, y and z"),
         (

@@ -4,8 +4,8 @@ use flatland::sdf::fields::MeanPoint;
 use glam::DVec3;
 
 use super::Auxiliary;
-use crate::gradient::implicit_field::ImplicitField;
-use crate::gradient::jump_mean::{Known, Sight};
+use crate::gradient::warp::implicit_field::ImplicitField;
+use crate::gradient::warp::jump_mean::{Known, Sight};
 use crate::scene::{Hit, Surface};
 
 /// The ray traced last, and its results at implicit surfaces.

@@ -4,8 +4,8 @@ use flatland::random::open01;
 use glam::DVec3;
 
 use super::Auxiliary;
-use crate::gradient::followed::FollowedPoint;
-use crate::gradient::rigid_motion::{Rigid, RigidMotion};
+use crate::gradient::warp::followed::FollowedPoint;
+use crate::gradient::warp::rigid_motion::{Rigid, RigidMotion};
 use crate::scene::Surface;
 
 impl Auxiliary<'_> {

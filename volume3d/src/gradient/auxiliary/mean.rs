@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use glam::DVec3;
 
 use super::{Auxiliary, Construction};
-use crate::gradient::jump_mean::{
+use crate::gradient::warp::jump_mean::{
     AngularSupport, Cone, HalfSpace, JumpMean, Known, Listed, Sight, Silhouettes, View, WIDEST,
 };
 use crate::path::{Kernel, VisibilityDomain};

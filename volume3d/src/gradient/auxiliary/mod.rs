@@ -15,11 +15,11 @@ use glam::{DVec2, DVec3};
 use self::ahead::Ahead;
 use self::mean::{Near, ON_FILM};
 use super::film::FilmPlane;
-use super::implicit_field::ImplicitField;
-use super::jump_mean::{AngularSupport, SceneEdges};
-use super::motion::MovingBounds;
-use super::warps::{DirectionWarp, FilmField, FilmWarp};
 use crate::Sphere;
+use crate::gradient::warp::implicit_field::ImplicitField;
+use crate::gradient::warp::jump_mean::{AngularSupport, SceneEdges};
+use crate::gradient::warp::motion::MovingBounds;
+use crate::gradient::warp::warps::{DirectionWarp, FilmField, FilmWarp};
 use crate::path::{Kernel, Paths};
 use crate::scene::{Hit, Surface, traced_by_this_thread};
 

@@ -6,9 +6,9 @@ use glam::{DVec2, DVec3};
 use super::Auxiliary;
 use crate::Sphere;
 use crate::gradient::film::FilmPlane;
-use crate::gradient::followed::FollowedPoint;
-use crate::gradient::nearest_discontinuity::{Nearest, nearest_discontinuity};
-use crate::gradient::warps::DirectionWarp;
+use crate::gradient::warp::followed::FollowedPoint;
+use crate::gradient::warp::nearest_discontinuity::{Nearest, nearest_discontinuity};
+use crate::gradient::warp::warps::DirectionWarp;
 use crate::path::{Kernel, VisibilityDomain};
 use crate::scene::{Hit, Surface};
 

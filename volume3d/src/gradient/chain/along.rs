@@ -1,13 +1,15 @@
 //! Numbers with the derivatives by two coordinates of a ray, in a scene at rest.
 
-use flatland::calculus::{Rgb, Vec3};
+use flatland::calculus::{Dual, Rgb, Vec3};
 use flatland::sdf::{Jet, Sdf as _};
 use glam::DVec3;
 
-use super::Pair;
-use crate::gradient::forward::level_set;
+use crate::gradient::modes::forward::level_set;
 use crate::path::{BorderSample, Calculus, CameraMotion, Kernel, Warped};
 use crate::scene::{Scene, Surface};
+
+/// Two film coordinates or two tangents of a direction.
+pub(super) type Pair = Dual<2>;
 
 /// The calculus of derivatives along the rays of a chain.
 #[derive(Clone, Copy, Debug)]

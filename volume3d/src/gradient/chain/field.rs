@@ -1,11 +1,20 @@
 //! The mean over all markers of all auxiliary rays.
 
 use flatland::calculus::{Number, Vec3};
-use flatland::warp::{Bundle, ChainHit, Domain, Vector as _};
+use flatland::warp::{Bundle, ChainHit, Domain, Vector as _, Warp};
 
+use super::along::{AlongRays, Pair};
+use super::markers::markers;
 use super::walk::Course;
-use super::{AlongRays, Kernel, Pair};
+
 use crate::path::Calculus;
+
+/// Auxiliary directions of a field, and how they are weighed.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Kernel<'w> {
+    pub(crate) warp: &'w Warp,
+    pub(crate) kappa: f64,
+}
 
 /// A warp as numbers of value 0.
 #[derive(Clone, Copy, Debug)]
@@ -45,7 +54,7 @@ where
         rays += (found.points.len() + 1) as u64;
         let moved = course.repeat(calculus, moving, &found);
         let mut of_ray = vec![];
-        super::markers::markers(course, &found, &points, reach, &mut |marker| {
+        markers(course, &found, &points, reach, &mut |marker| {
             let velocity = marker.velocity(scene, calculus, &found, &moved);
             let hit = velocity.map(|velocity| (velocity, tangents));
             let (distance, convergence) = (marker.distance, marker.convergence);

@@ -3,7 +3,7 @@
 use flatland::calculus::{Dual, Number, Vec3};
 use glam::{DMat2, DVec2, DVec3};
 
-use super::Pair;
+use super::along::Pair;
 use super::walk::{Course, Hits, Point, Points};
 use crate::path::Calculus;
 use crate::scene::{Beyond, Hit, Light, Scene, Span, Surface};

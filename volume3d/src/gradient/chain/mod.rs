@@ -20,37 +20,20 @@ mod field;
 mod markers;
 mod walk;
 
-use flatland::calculus::{Dual, Number, Vec3};
-use flatland::warp::{Bundle, Plane, Warp};
+use flatland::calculus::{Number, Vec3};
+use flatland::warp::{Bundle, Plane};
 use glam::{DVec2, DVec3};
 
-use self::along::AlongRays;
+use self::along::{AlongRays, Pair};
+pub(crate) use self::field::Kernel;
 use self::field::{Combined, combine};
 use self::walk::Course;
-use super::differential::FilmPoint;
-use super::film::FilmPlane;
+pub(crate) use self::walk::Through;
 use crate::Sphere;
-use crate::path::{Branch, Calculus, Frame, Warped};
+use crate::gradient::film::FilmPlane;
+use crate::gradient::modes::differential::FilmPoint;
+use crate::path::{Calculus, Frame, Warped};
 use crate::scene::{Scene, Surface};
-
-/// Two film coordinates or two tangents of a direction.
-type Pair = Dual<2>;
-
-/// The light that a field is for.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Through<'c> {
-    /// The branches of its chain.
-    pub(crate) chain: &'c [Branch],
-    /// The light without extent that it comes from, if it is only that one's.
-    pub(crate) light: Option<usize>,
-}
-
-/// Auxiliary directions of a field, and how they are weighed.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Kernel<'w> {
-    pub(crate) warp: &'w Warp,
-    pub(crate) kappa: f64,
-}
 
 /// The warp at a film point u: its rates of the two coordinates, and of the Jacobian, as numbers of value 0.
 /// Returned are also the number of rays.

@@ -3,9 +3,17 @@
 use flatland::calculus::{Number as _, Vec3};
 use glam::DVec3;
 
-use super::Through;
-use crate::path::{Calculus, SurfacePoint};
+use crate::path::{Branch, Calculus, SurfacePoint};
 use crate::scene::{Hit, Light, Scene, Surface};
+
+/// The light that a field is for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Through<'c> {
+    /// The branches of its chain.
+    pub(crate) chain: &'c [Branch],
+    /// The light without extent that it comes from, if it is only that one's.
+    pub(crate) light: Option<usize>,
+}
 
 /// What all rays of a field have in common.
 #[derive(Clone, Copy, Debug)]

@@ -18,9 +18,9 @@ use super::moving::Moving;
 use super::outlines::Outlines;
 use super::reflected_outlines::ReflectedOutlines;
 use super::shadow_edges::ShadowEdges;
-use crate::gradient::accumulator::Sums;
-use crate::gradient::contribution::Contribution;
-use crate::gradient::motion::Motion;
+use crate::gradient::modes::accumulator::Sums;
+use crate::gradient::results::contribution::Contribution;
+use crate::gradient::warp::motion::Motion;
 use crate::gradient::{ActiveParameters, GradientImage, Progress, Stopped};
 use crate::path::Paths;
 

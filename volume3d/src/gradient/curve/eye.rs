@@ -5,8 +5,8 @@ use glam::{DVec2, DVec3};
 
 use super::drawing::{CameraSubpath, Vertex};
 use super::field::WarpField;
-use crate::gradient::differential::Differential;
 use crate::gradient::film::FilmPlane;
+use crate::gradient::modes::differential::Differential;
 use crate::path::{Frame, Kernel, LightId, Paths, Plain, SurfacePoint, VisibilityDomain};
 use crate::scene::Surface;
 

@@ -8,8 +8,8 @@ use flatland::warp::Warp;
 use super::address::WARPS;
 use crate::gradient::auxiliary::{Auxiliary, Construction};
 use crate::gradient::film::FilmPlane;
-use crate::gradient::jump_mean::SceneEdges;
-use crate::gradient::motion::MovingBounds;
+use crate::gradient::warp::jump_mean::SceneEdges;
+use crate::gradient::warp::motion::MovingBounds;
 use crate::path::Paths;
 
 /// The field V relative to which curves move.

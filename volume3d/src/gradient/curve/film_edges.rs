@@ -23,8 +23,8 @@ use super::eye::Eye;
 use super::field::WarpField;
 use super::integral::{Curve, Difference};
 use super::moving::Moving;
-use crate::gradient::differential::Differential;
 use crate::gradient::film::FilmPlane;
+use crate::gradient::modes::differential::Differential;
 use crate::path::{Frame, Paths, Sequence};
 use crate::scene::Span;
 

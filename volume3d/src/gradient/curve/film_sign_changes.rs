@@ -22,8 +22,8 @@ use super::eye::Eye;
 use super::field::WarpField;
 use super::integral::{Curve, Difference};
 use super::moving::Moving;
-use crate::gradient::differential::Differential;
 use crate::gradient::film::FilmPlane;
+use crate::gradient::modes::differential::Differential;
 use crate::path::{Calculus, Frame, Paths, Plain, Sequence, SurfacePoint};
 use crate::scene::{Hit, NONE, Surface};
 

@@ -18,7 +18,7 @@ use super::drawing::{CameraSubpath, Sensor, Table, Walk, aside};
 use super::field::WarpField;
 use super::integral::{Curve, Difference};
 use super::moving::Moving;
-use crate::gradient::differential::Differential;
+use crate::gradient::modes::differential::Differential;
 use crate::path::{Frame, Paths, Sequence, Shading};
 use crate::scene::{Hit, NONE, Surface};
 

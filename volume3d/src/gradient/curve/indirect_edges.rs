@@ -18,7 +18,7 @@ use super::field::WarpField;
 use super::integral::{Curve, Difference};
 use super::moving::Moving;
 use super::seen_edge::SeenEdge;
-use crate::gradient::differential::Differential;
+use crate::gradient::modes::differential::Differential;
 use crate::path::{Frame, Paths, Sequence};
 use crate::scene::{Environment, Surface};
 

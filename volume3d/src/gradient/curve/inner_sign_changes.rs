@@ -20,7 +20,7 @@ use super::eye::end_of;
 use super::field::WarpField;
 use super::integral::{Curve, Difference};
 use super::moving::Moving;
-use crate::gradient::differential::Differential;
+use crate::gradient::modes::differential::Differential;
 use crate::path::{Frame, Paths, Sequence, SurfacePoint};
 use crate::scene::{Hit, NONE, Scene, Surface};
 

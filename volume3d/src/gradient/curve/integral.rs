@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::address::Address;
 use super::drawing::CameraSubpath;
 use super::field::WarpField;
-use crate::gradient::differential::Differential;
+use crate::gradient::modes::differential::Differential;
 use crate::path::Frame;
 
 /// Δ(f − L₀) at a point of a curve, divided by the density of the point.

@@ -14,7 +14,7 @@
 //! | [`horizons`] | planes of faces with shading normals | before lights, if shadows are sampled |
 //! | [`inner_sign_changes`] | surfaces that turn their other side to one another | the same |
 //!
-//! Borders of flat emitters relative to a field are added by next-event estimation (`gradient/border.rs`).
+//! Borders of flat emitters relative to a field are added by next-event estimation (`modes/border.rs`).
 
 mod address;
 mod all;

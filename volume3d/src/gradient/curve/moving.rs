@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::gradient::ActiveParameters;
-use crate::gradient::motion::Motion;
+use crate::gradient::warp::motion::Motion;
 use crate::scene::Scene;
 
 /// Cap on the weight of static edges relative to that of moving ones, if any geometry moves. Static edges

@@ -23,7 +23,7 @@ use super::field::WarpField;
 use super::integral::{Curve, Difference};
 use super::moving::Moving;
 use super::seen_edge::{LitEdge, SeenEdge};
-use crate::gradient::differential::Differential;
+use crate::gradient::modes::differential::Differential;
 use crate::path::{Frame, LightId, Paths, Sequence, Shading};
 
 /// Edges of emitters, by length.

@@ -23,7 +23,7 @@ use super::field::Zero;
 use super::integral::{Curve, Difference};
 use super::moving::Moving;
 use super::seen_edge::SeenEdge;
-use crate::gradient::differential::Differential;
+use crate::gradient::modes::differential::Differential;
 use crate::path::{Frame, Paths};
 
 /// Edges of emitters from which paths are traced backwards.

@@ -6,7 +6,7 @@ use glam::DVec3;
 use super::drawing::CameraSubpath;
 use super::eye::{end_of, kernel_of_light};
 use super::field::WarpField;
-use crate::gradient::differential::Differential;
+use crate::gradient::modes::differential::Differential;
 use crate::path::{Frame, Kernel, LightId, Paths};
 use crate::scene::Span;
 

@@ -3,8 +3,8 @@
 use flatland::calculus::Number;
 use glam::DVec2;
 
-use super::super::filter::{weight, weights};
-use super::FilmPlane;
+use super::filter::{weight, weights};
+use super::plane::FilmPlane;
 use crate::scene::Filter;
 
 /// Pixels along an axis that a cell's samples reach, for filters at most two pixels wide.

@@ -4,12 +4,12 @@ use std::ops::Range;
 
 use glam::{DVec2, DVec3};
 
-use super::super::PATH;
-use super::super::camera_rays::{CameraRays, TOGETHER};
-use super::super::driver::CellSink;
-use super::super::film::FilmPlane;
-use super::super::groups::{ImageNumbers, group_range, group_size, groups};
 use super::splat::Splat;
+use crate::gradient::film::FilmPlane;
+use crate::gradient::film::camera_rays::{CameraRays, TOGETHER};
+use crate::gradient::film::driver::CellSink;
+use crate::gradient::run::groups::{ImageNumbers, group_range, group_size, groups};
+use crate::gradient::run::streams::PATH;
 use crate::lanes::Instructions;
 use crate::path::{Paths, Wave, WaveTables};
 

@@ -2,11 +2,11 @@
 
 use glam::DVec3;
 
-use super::super::PATH;
-use super::super::camera_rays::{CameraRays, TOGETHER};
-use super::super::driver::CellSink;
-use super::super::film::FilmPlane;
-use super::super::groups::ImageNumbers;
+use crate::gradient::film::FilmPlane;
+use crate::gradient::film::camera_rays::{CameraRays, TOGETHER};
+use crate::gradient::film::driver::CellSink;
+use crate::gradient::run::groups::ImageNumbers;
+use crate::gradient::run::streams::PATH;
 use crate::path::Paths;
 
 /// Sampler of cells, used sequentially.

@@ -11,12 +11,12 @@ use self::block::BlockSampler;
 use self::cell::CellSampler;
 use self::pool::{Pool, Taken};
 use super::GradientError;
-use super::driver::{CellSink, FilmSums, over_film};
 use super::film::FilmPlane;
-use super::progress::Progress;
-use super::result::Rendering;
-use super::unit_weights::UnitWeights;
 use crate::Image;
+use crate::gradient::film::driver::{CellSink, FilmSums, over_film};
+use crate::gradient::film::unit_weights::UnitWeights;
+use crate::gradient::results::result::Rendering;
+use crate::gradient::run::progress::Progress;
 use crate::path::{Kernels, Paths, WaveTables};
 use crate::scene::Scene;
 

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use super::super::film::{FilmPlane, NEAR};
-use super::super::film_accumulator::RowSums;
+use crate::gradient::film::film_accumulator::RowSums;
+use crate::gradient::film::{FilmPlane, NEAR};
 use crate::lanes::{Lanes, Task};
 
 /// Samples whose weights are computed together.

@@ -202,8 +202,8 @@ fn cases() -> Vec<Case> {
     let floor = Mesh::rectangle().transformed(&(at(0.0, 0.0, 0.0, 0.9) * down()));
     let above = at(0.1, 1.4, 0.7, 0.4) * up();
     let ahead = at(0.1, 1.0, -1.4, 0.35) * DAffine3::from_rotation_x(1.05);
+    let thin = plain(Bsdf::ThinDielectric(glass(None)));
     let glass = || plain(Bsdf::Dielectric(glass(None)));
-    let thin = plain(Bsdf::ThinDielectric(super::materials::glass(None)));
     let lamp = Some(1);
     vec![
         Case::new("lamp in a coated floor", over(floor, plastic(None), ahead), lamp).compared(24, 768),

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::gradient::OnPixelBorders;
-use crate::gradient::filter::{integral, weight};
+use crate::gradient::film::filter::{integral, weight};
 use crate::scene::Lens;
 
 /// Columns and rows.

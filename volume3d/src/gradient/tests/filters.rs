@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::{at, film, statistics};
 use crate::Image;
 use crate::geometry::Mesh;
-use crate::gradient::filter::{integral, weight};
+use crate::gradient::film::filter::{integral, weight};
 use crate::gradient::{EdgeSampling, Progress, Tangent, WarpedArea};
 use crate::scene::{Camera, Description, Filter, Scene};
 

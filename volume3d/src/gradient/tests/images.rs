@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::{at, down, film, statistics, up};
 use crate::Image;
 use crate::geometry::Mesh;
-use crate::gradient::filter::integral;
+use crate::gradient::film::filter::integral;
 use crate::gradient::{EdgeSampling, FiniteDifference, Progress, Tangent, WarpedArea, render};
 use crate::scene::{Camera, Description, Environment, Filter, Lens, Material, Scene};
 

@@ -3,8 +3,8 @@
 use flatland::random::{open01, stream};
 use glam::{DAffine2, DMat3};
 
-use super::super::hard_shadows::casts_shadows;
 use super::*;
+use crate::gradient::hard_shadows::casts_shadows;
 use crate::scene::{Bsdf, Light, Microfacets, Principled, Reflectance, Texture, Value, Wrap};
 
 /// Texels from `low` to `high`, of no pattern, with a border of 0 if it is to be.

@@ -6,11 +6,11 @@ use glam::DVec3;
 use super::job::{EdgeSample, Job, PathNumbers, Place, SPLITTING, Sample};
 use super::others::Others;
 use crate::gradient::auxiliary::{Auxiliary, work};
-use crate::gradient::driver::{CellSink, finish, over_film, quantities};
-use crate::gradient::forward::Forward;
-use crate::gradient::groups::{TILE, group};
-use crate::gradient::motion::Motion;
-use crate::gradient::unit_weights::UnitWeights;
+use crate::gradient::film::driver::{CellSink, finish, over_film, quantities};
+use crate::gradient::film::unit_weights::UnitWeights;
+use crate::gradient::modes::forward::Forward;
+use crate::gradient::run::groups::{TILE, group};
+use crate::gradient::warp::motion::Motion;
 use crate::gradient::{GradientImage, Progress, Stopped};
 use crate::path::{Frame, WaveTables};
 

@@ -8,15 +8,15 @@ use glam::{DVec2, DVec3};
 
 use super::WarpedArea;
 use crate::gradient::auxiliary::{Auxiliary, Construction};
-use crate::gradient::camera_rays::CellRays;
 use crate::gradient::chain::Through;
 use crate::gradient::curve::{Curves, Warping};
-use crate::gradient::differential::{Differential, FilmPoint};
+use crate::gradient::film::camera_rays::CellRays;
 use crate::gradient::film::{CutEdges, FilmPlane};
-use crate::gradient::groups::{CellNumbers, GROUPS, numbers};
-use crate::gradient::jump_mean::SceneEdges;
-use crate::gradient::motion::MovingBounds;
-use crate::gradient::{AUXILIARY, EDGE, EDGE_AUXILIARY, GRADIENT_PATH, SPLIT};
+use crate::gradient::modes::differential::{Differential, FilmPoint};
+use crate::gradient::run::groups::{CellNumbers, GROUPS, numbers};
+use crate::gradient::run::streams::{AUXILIARY, EDGE, EDGE_AUXILIARY, GRADIENT_PATH, SPLIT};
+use crate::gradient::warp::jump_mean::SceneEdges;
+use crate::gradient::warp::motion::MovingBounds;
 use crate::path::{Branch, Draws, Frame, Parts, Paths, Sequence};
 use crate::scene::{Hit, Surface};
 

@@ -19,25 +19,25 @@ use std::sync::Arc;
 use flatland::warp::{Debias, Warp};
 use glam::DVec3;
 
-use super::CONTROL_VARIATE;
-use super::accumulator::Sums;
-use super::allocation::Allocation;
 use super::auxiliary::Construction;
 use super::curve::{Budget, Kind};
-use super::error::{GradientError, check_adjoint};
 use super::film::FilmPlane;
-use super::implicit_field::ImplicitField;
-use super::jump_mean::SceneEdges;
-use super::motion::Motion;
 use super::primal::primal;
-use super::progress::Progress;
-use super::result::{Gradient, GradientImage};
-use super::tangent::{ActiveParameters, Tangent};
 use super::unsupported::{
     has_chains, left_out_of_active, left_out_of_tangent, may_move_chains, moves_chains,
     supports_field_of_view, supports_meshes_only, supports_no_media,
 };
 use crate::Image;
+use crate::gradient::film::allocation::Allocation;
+use crate::gradient::modes::accumulator::Sums;
+use crate::gradient::parameters::tangent::{ActiveParameters, Tangent};
+use crate::gradient::results::error::{GradientError, check_adjoint};
+use crate::gradient::results::result::{Gradient, GradientImage};
+use crate::gradient::run::progress::Progress;
+use crate::gradient::run::streams::CONTROL_VARIATE;
+use crate::gradient::warp::implicit_field::ImplicitField;
+use crate::gradient::warp::jump_mean::SceneEdges;
+use crate::gradient::warp::motion::Motion;
 use crate::path::{Kernels, Paths};
 use crate::scene::Scene;
 

@@ -5,7 +5,7 @@
 use glam::DVec3;
 
 use super::job::{Place, SPLITTING};
-use crate::gradient::groups::CellNumbers;
+use crate::gradient::run::groups::CellNumbers;
 use crate::path::{Paths, Wave, WaveTables};
 use crate::scene::{Hit, traced_by_this_thread};
 

@@ -4,10 +4,10 @@ use flatland::calculus::{Number, Tape};
 use glam::DVec3;
 
 use super::job::{Job, PathNumbers, Place};
-use crate::gradient::accumulator::{Accumulator, Sums};
-use crate::gradient::contribution::Source;
-use crate::gradient::motion::MovingBounds;
-use crate::gradient::reverse::{Inputs, Recorded, Reverse};
+use crate::gradient::modes::accumulator::{Accumulator, Sums};
+use crate::gradient::modes::reverse::{Inputs, Recorded, Reverse};
+use crate::gradient::results::contribution::Source;
+use crate::gradient::warp::motion::MovingBounds;
 use crate::gradient::{ActiveParameters, Progress, Stopped};
 
 /// Data shared by the rows.

@@ -357,7 +357,7 @@ fn names_of_nothing_are_refused_with_what_may_have_been_meant() {
         (&["block"], "an object, a dot and a kind, such as `block.translation`"),
         (&["camera.transation"], "did you mean `camera.translation`?"),
         (&["translation"], "the nearest form is SHAPE.translation"),
-        (&["block.translation.w"], "such as SHAPE.translation.x"),
+        (&["block.translation.w"], "`w` is not a component: vectors have x, y and z"),
         (
             &["white.roughness"],
             "`white` is a material (diffuse), whose parameters are `white.reflectance`; closest first, objects with a parameter \
@@ -382,7 +382,7 @@ fn names_of_nothing_are_refused_with_what_may_have_been_meant() {
         (&["slide.texture"], "is a texture without parameters; what belongs to it has `beam.texture`"),
         (&["pair.radiance"], "is an instance or a group of shapes, whose parameters are `pair.translation`"),
         (&["camera.vertex_positions"], "`camera.vertex_positions` names no parameter; forms are: "),
-        (&["block.scale", "block.scale"], "is the same parameter as `block.scale`"),
+        (&["block.scale", "block.scale"], "`block.scale` is given twice"),
         (&["white.reflectance", "chalk.reflectance"], "is the same parameter as `white.reflectance`"),
         (&["lamp.radiance.r", "lamp.radiance"], "is the same parameter as `lamp.radiance.r`"),
         (&["lamp.radiance.x"], "has the components r, g and b"),

@@ -2,7 +2,6 @@
 //! camera paths to the points that see them.
 
 mod directions;
-mod edges;
 mod sensor;
 mod sides;
 mod table;
@@ -10,9 +9,9 @@ mod walk;
 mod wedge;
 
 pub(super) use self::directions::Directions;
-pub(super) use self::edges::{Edge, EdgeList, reflects};
 pub(super) use self::sensor::{CameraSubpath, Sensor, Vertex};
 pub(super) use self::sides::{Sides, aside, clear, largest, look_past, near};
 pub(super) use self::table::Table;
-pub(super) use self::walk::Walk;
+pub(super) use self::walk::{Walk, reflects};
 pub(super) use self::wedge::{Aimed, Targets, Wedge};
+pub(super) use crate::gradient::edges::{Edge, EdgeList};

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::edges::{Edge, EdgeList, are_folded};
+use crate::gradient::edges::{Edge, EdgeList, are_folded};
 use crate::scene::{Hit, Scene, Surface};
 
 /// Least angle, in radians, between an edge and the rays that pass it: several thousand times the rounding of

@@ -3,12 +3,11 @@
 use flatland::calculus::{Number, Rgb, Vec3};
 use glam::{DVec2, DVec3};
 
-use super::edges::reflects;
 use super::sensor::{CameraSubpath, Sensor, Vertex};
 use super::table::Table;
 use crate::gradient::curve::moving::Moving;
 use crate::path::{Bounce, Plain, Sequence, Shading, SurfacePoint};
-use crate::scene::{Hit, Surface};
+use crate::scene::{Hit, Reflectance, Scene, Surface, parts};
 
 /// Largest continuation probability of paths of unlimited length.
 const SURVIVAL: f64 = 0.95;
@@ -136,4 +135,13 @@ impl<'a> Walk<'a> {
             next = scene.closest(origin, direction, Some(hit.surface));
         }
     }
+}
+
+/// Whether a triangle reflects light.
+pub(in crate::gradient::curve) fn reflects(scene: &Scene, triangle: u32) -> bool {
+    let material = scene.material_of(Surface::Triangle(triangle));
+    parts(&scene.description.materials, material).into_iter().any(|part| {
+        let bsdf = &scene.description.materials[part].bsdf;
+        !bsdf.is_scaled() || *bsdf.reflectance() != Reflectance::Constant(DVec3::ZERO)
+    })
 }

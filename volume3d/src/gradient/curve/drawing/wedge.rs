@@ -9,9 +9,9 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
-use super::edges::{Edge, EdgeList};
 use super::table::Table;
 use crate::geometry::solid_angle;
+use crate::gradient::edges::{Edge, EdgeList};
 use crate::path::{LightId, Paths};
 use crate::scene::{Scene, Surface};
 

@@ -30,7 +30,7 @@ use super::field::WarpField;
 use super::integral::{Curve, Difference};
 use super::moving::Moving;
 use super::seen_edge::LitEdge;
-use crate::gradient::differential::Differential;
+use crate::gradient::modes::differential::Differential;
 use crate::path::{Frame, LightId, Paths};
 use crate::scene::{Hit, Surface};
 

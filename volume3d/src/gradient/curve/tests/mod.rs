@@ -15,12 +15,12 @@ use super::outlines::Outlines;
 use super::reflected_outlines::ReflectedOutlines;
 use super::shadow_edges::ShadowEdges;
 use crate::geometry::Mesh;
-use crate::gradient::accumulator::Sums;
-use crate::gradient::motion::Motion;
+use crate::gradient::modes::accumulator::Sums;
 use crate::gradient::tests::{
     Comparisons, at, down, film, filters, random_adjoint, random_tangent, rate_of_square, room, square,
     terms, thorough, total, up,
 };
+use crate::gradient::warp::motion::Motion;
 use crate::gradient::{ActiveParameters, EdgeSampling, FiniteDifference, Progress, Tangent};
 use crate::path::{Kernels, Paths};
 use crate::scene::{Camera, Description, Filter, Integrator, Material, Scene};
