@@ -87,6 +87,7 @@ mod rigid;
 mod rigid_motion;
 mod rotation;
 mod rows;
+mod steps;
 mod tangent;
 #[cfg(test)]
 pub(crate) mod tests;
