@@ -57,6 +57,9 @@
 //! | `path` | the path tracer, generic over the scalar types of [`flatland::calculus`] |
 //! | [`gradient`] | differentiable parameters, forward and reverse mode, one file per method |
 //! | [`optimize`] | scene parameters as one vector, losses with adjoints, multi-view objectives, fits |
+//! | [`check`] | validation of gradients by finite differences |
+//! | [`lint`] | problems of a scene for gradients, with advice |
+//! | [`tune`] | bias, noise and time of every method on a scene |
 //!
 //! The path tracer is generic over its scalar type: plain numbers give the primal image, dual numbers forward
 //! mode, and numbers that record a tape reverse mode. So a path has the same value with and without
@@ -69,18 +72,21 @@
 //! [A page of the guide](guide::bias) lists what is unbiased, what is biased and by how much, what is
 //! refused, and where variances are infinite.
 
+pub mod check;
 pub mod geometry;
 pub mod gradient;
 pub mod guide;
 mod image;
 pub mod io;
 mod lanes;
+pub mod lint;
 mod optics;
 pub mod optimize;
 mod path;
 pub mod scene;
 pub mod sdf;
 mod sphere;
+pub mod tune;
 
 pub use self::image::Image;
 pub use path::Kernels;

@@ -304,7 +304,7 @@ fn forward(options: &Options) -> anyhow::Result<Report> {
     }
     text += &result.outlier().map(|largest| outlier(largest, result.largest_share())).unwrap_or_default();
     text += &contact::parted(scene, &change.positions);
-    text += &contact::along_pixels(scene, contact::moves_before_camera(scene, &change));
+    text += &contact::along_pixels_of(scene, &change);
     if change.is_geometric() && !options.method.is_finite_difference() {
         text += &contact::through_implicits(scene);
     }

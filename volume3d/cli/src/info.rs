@@ -7,10 +7,10 @@ use clap::error::ErrorKind;
 use flatland::sdf::Sdf as _;
 use glam::{DVec2, DVec3};
 use volume3d::io::mitsuba::support_table;
+use volume3d::lint;
 use volume3d::scene::{Camera, Description, Environment, Lens, Light, Medium, Reflectance, Scene};
 use volume3d::sdf::{Baked, Grid, Guided};
 
-use super::lint;
 use super::report::{Outcome, Report, usage};
 use super::session::{Loaded, SceneOptions};
 
@@ -239,7 +239,7 @@ fn crossings(text: &mut String, scene: &Scene) {
 
 /// The findings of `lint`, without advice.
 fn findings(text: &mut String, scene: &Scene) {
-    let found = lint::findings(scene);
+    let found = lint::lint(scene);
     let count = if found.is_empty() { "none".to_owned() } else { found.len().to_string() };
     let _ = writeln!(
         text,
@@ -247,6 +247,6 @@ fn findings(text: &mut String, scene: &Scene) {
         if found.is_empty() { "" } else { "; see `volume3d lint` for advice" }
     );
     for finding in found {
-        let _ = writeln!(text, "  {}", finding.what);
+        let _ = writeln!(text, "  {}", finding.message);
     }
 }

@@ -2,16 +2,13 @@
 
 mod budget;
 mod check;
-mod comparison;
 mod contact;
-mod extent;
 mod file_kind;
 mod fit;
 mod gradient;
 mod info;
 mod lint;
 mod memory;
-mod mesh_faults;
 mod method;
 mod missing;
 mod movement;

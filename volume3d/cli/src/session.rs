@@ -282,21 +282,12 @@ impl Bar {
     }
 
     pub(super) fn step(&self) {
-        self.advance(1);
+        self.0.inc(1);
     }
 
     /// Prints a line on standard error, above the bar.
     pub(super) fn say(&self, text: &str) {
         self.0.suspend(|| say(&format!("{text}\n")));
-    }
-
-    pub(super) fn advance(&self, steps: usize) {
-        self.0.inc(steps as u64);
-    }
-
-    /// Sets the number of finished steps.
-    pub(super) fn reach(&self, steps: usize) {
-        self.0.set_position(steps as u64);
     }
 }
 

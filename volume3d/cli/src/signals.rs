@@ -9,8 +9,10 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use anyhow::Context as _;
+use volume3d::check::CheckError;
 use volume3d::gradient::{GradientError, Stopped};
 use volume3d::optimize::ObjectiveError;
+use volume3d::tune::TuneError;
 
 /// Set by the first signal.
 pub(super) static STOP: AtomicBool = AtomicBool::new(false);
@@ -74,11 +76,19 @@ pub(super) fn stop_if_asked() -> Result<(), Stopped> {
 
 /// Whether an error is due to a signal.
 pub(super) fn is_stop(error: &anyhow::Error) -> bool {
-    let gradient = error.downcast_ref::<ObjectiveError>().and_then(|e| match e {
+    let objective = error.downcast_ref::<ObjectiveError>().and_then(|e| match e {
         ObjectiveError::Gradient(e) => Some(e),
         _ => None,
     });
-    let gradient = gradient.or(error.downcast_ref());
+    let check = error.downcast_ref::<CheckError>().and_then(|e| match e {
+        CheckError::Gradient(e) => Some(e),
+        _ => None,
+    });
+    let tune = error.downcast_ref::<TuneError>().and_then(|e| match e {
+        TuneError::Gradient(e) => Some(e),
+        _ => None,
+    });
+    let gradient = objective.or(check).or(tune).or(error.downcast_ref());
     error.is::<Stopped>() || matches!(gradient, Some(GradientError::Stopped(_)))
 }
 

@@ -3,9 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::bail;
-
-/// The largest number of samples per pixel: more than a day could compute.
-pub(super) const MAX_SAMPLES: usize = 1 << 30;
+pub(super) use volume3d::tune::MAX_SAMPLES;
 
 /// Parses a number of samples per pixel.
 pub(super) fn samples(text: &str) -> Result<usize, String> {

@@ -18,6 +18,14 @@ use crate::scene::Scene;
 pub(crate) struct Method(String, usize, u64, Option<f64>);
 
 impl Method {
+    pub(crate) fn samples(&self) -> usize {
+        self.1
+    }
+
+    pub(crate) fn seed(&self) -> u64 {
+        self.2
+    }
+
     pub(crate) fn estimator(&self) -> PyResult<Estimator> {
         let Self(name, samples, seed, step) = self;
         let estimator = Estimator::by_name(name, *samples, *seed).map_err(errors::gradient)?;
@@ -102,14 +110,18 @@ pub(crate) fn reverse<'py>(
 type Reversed<'py> = (Bound<'py, PyArray1<f64>>, Vec<Place>, Option<String>, Vec<String>);
 
 /// Column, row and index of a sample.
-type Place = (isize, isize, usize);
+pub(crate) type Place = (isize, isize, usize);
 
-fn places(samples: &[NonFinite]) -> Vec<Place> {
+pub(crate) fn places(samples: &[NonFinite]) -> Vec<Place> {
     samples.iter().map(|s| (s.column, s.row, s.sample)).collect()
 }
 
 /// Sentences on what may be wrong with a result.
-fn warnings(outlier: Option<(Contribution, f64)>, is_zero: bool, left_out: &[Unsupported]) -> Vec<String> {
+pub(crate) fn warnings(
+    outlier: Option<(Contribution, f64)>,
+    is_zero: bool,
+    left_out: &[Unsupported],
+) -> Vec<String> {
     let mut all = vec![];
     if let Some((Contribution { column, row, sample, .. }, share)) = outlier {
         all.push(format!(

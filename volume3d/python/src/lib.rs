@@ -14,6 +14,7 @@ mod image;
 mod parameters;
 mod run;
 mod scene;
+mod study;
 mod views;
 
 use pyo3::prelude::*;
@@ -29,9 +30,12 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<parameters::Parameters>()?;
     module.add_class::<fit::Fit>()?;
     module.add_class::<fit::Worker>()?;
+    module.add_class::<study::Tuning>()?;
     module.add("METHODS", volume3d::gradient::Estimator::METHODS)?;
     module.add_function(wrap_pyfunction!(estimate::forward, module)?)?;
     module.add_function(wrap_pyfunction!(estimate::reverse, module)?)?;
+    module.add_function(wrap_pyfunction!(study::check, module)?)?;
+    module.add_function(wrap_pyfunction!(study::find_problems, module)?)?;
     module.add_function(wrap_pyfunction!(views::sensors, module)?)?;
     module.add_function(wrap_pyfunction!(image::png, module)?)?;
     module.add_function(wrap_pyfunction!(image::read_image, module)?)?;

@@ -125,6 +125,20 @@ impl Unsupported {
             Self::Implicit { .. } | Self::Medium { .. } | Self::FieldOfView => None,
         }
     }
+
+    /// Name of the shape, light or medium, if it is not the camera.
+    #[must_use]
+    pub fn place(&self) -> Option<&str> {
+        match self {
+            Self::Mirror { shape, .. }
+            | Self::Transmission { shape, .. }
+            | Self::Relief { shape, .. }
+            | Self::Implicit { shape, .. } => Some(shape),
+            Self::Delta { light } | Self::Beam { light } | Self::Parallel { light } => Some(light),
+            Self::Medium { medium } => Some(medium),
+            Self::FieldOfView => None,
+        }
+    }
 }
 
 impl Unsupported {

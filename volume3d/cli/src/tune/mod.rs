@@ -1,13 +1,8 @@
 //! `volume3d tune`.
 
 mod advice;
-mod allowance;
-mod filters;
-mod law;
 mod picture;
 mod settings;
-mod statistics;
-mod study;
 mod table;
 
 use std::path::PathBuf;
@@ -16,19 +11,15 @@ use clap::Args;
 use clap::error::ErrorKind;
 use volume3d::gradient::Tangent;
 use volume3d::io::write_bytes;
+use volume3d::tune::{Limit, Setting, Target, Tune, TuneError};
 
-use self::advice::{Target, Tuned, advice};
-use self::allowance::{Allowance, Limit};
-use self::law::Law;
-use self::settings::settings;
-use self::statistics::Measure;
-use self::study::{Outcome as Fate, Reference, Study, all_samples};
-use super::comparison::TOLERATED;
+use self::advice::advice;
+use self::settings::options;
 use super::contact;
 use super::movement::{Moves, change};
 use super::output::{check_distinct, check_file};
 use super::report::{Outcome, Report, usage};
-use super::session::{RunOptions, SceneOptions, check_size};
+use super::session::{Bar, RunOptions, SceneOptions, check_size};
 use super::signals;
 use super::spp::samples;
 
@@ -131,69 +122,54 @@ pub(super) fn run(options: &Options) -> anyhow::Result<Report> {
         return Ok(Report { text, outcome: Outcome::Bad });
     }
 
-    let settings = settings(scene, &change)?;
-    let limit = match options.spp {
-        Some(most) => Limit::Samples { most, all: all_samples(settings.len(), most) },
-        None => Limit::Seconds(options.budget),
+    let tune = Tune {
+        limit: options.spp.map_or(Limit::Seconds(options.budget), Limit::Samples),
+        seed: options.run.seed,
     };
-    let allowance = Allowance::new(limit);
-    let study = Study { scene, change: &change, seed: options.run.seed, allowance: &allowance };
-    let reference = study.reference()?;
-    if let Some(report) = unusable(&reference) {
-        return Ok(report);
-    }
-    let filters = filters::compared(&study, &reference)?;
-    let outcomes = study.climb(&settings, &reference)?;
+    let bar = Bar::new(1, "tune");
+    let found = tune.run(scene, &change, &Setting::all(scene, &change), &bar.progress());
+    drop(bar);
+    let tuning = match found {
+        Ok(tuning) => tuning,
+        Err(error) => return unusable(error),
+    };
     signals::hold()?;
-
-    let tuned: Vec<Tuned<'_>> = settings
-        .iter()
-        .zip(&outcomes)
-        .filter_map(|(setting, outcome)| {
-            let Fate::Measured(rungs) = outcome else { return None };
-            let heavy = rungs.last().is_some_and(|r| r.heavy > 0);
-            Some(Tuned { setting, law: Law::of(rungs, setting.unbiased)?, heavy })
-        })
-        .collect();
-    if tuned.is_empty() {
-        let needed = (2 * settings.len()) as f64 * reference.seconds / reference.samples as f64;
-        let text = format!("OPEN: nothing was measured; --budget {:.0} or so is enough\n", needed.max(1.0));
-        return Ok(Report { text, outcome: Outcome::Open });
-    }
-    let mut text = table::table(&settings, &outcomes, options.seconds.first().copied().unwrap_or(SECONDS));
-    text += &table::legend(&reference);
-    text += &filters;
-    text += &table::warnings(&settings, &outcomes, &reference);
+    let mut text = table::table(&tuning.settings, options.seconds.first().copied().unwrap_or(SECONDS));
+    text += &table::legend(&tuning.reference);
+    text += &table::filters(&tuning.filters, &tuning.reference);
+    text += &table::warnings(&tuning);
     text += &contact::parted(scene, &change.positions);
     for target in options.targets() {
-        text += &advice(&tuned, target, &options.scene, &options.moves.moves);
+        text += &advice(&tuning, target, &options.scene, &options.moves.moves);
     }
     if let Some(path) = &options.csv {
-        write_bytes(path, &table::csv(&settings, &outcomes, &reference)?)?;
+        write_bytes(path, &table::csv(&tuning)?)?;
         text += &format!("wrote {}\n", path.display());
     }
     if let Some(path) = &options.output {
-        write_bytes(path, picture::svg(&settings, &outcomes)?.as_bytes())?;
+        write_bytes(path, picture::svg(&tuning.settings)?.as_bytes())?;
         text += &format!("wrote {}\n", path.display());
     }
-    text += &format!("{:.1} s in total\n", allowance.spent());
+    text += &format!("{:.1} s in total\n", tuning.seconds);
     Ok(Report { text, outcome: Outcome::Good })
 }
 
-/// The report for a reference that is 0 or hidden by its noise; nothing if it is usable.
-fn unusable(reference: &Reference) -> Option<Report> {
-    if reference.images.are_zero() {
-        let text = "NOTHING CHANGES: the gradient is exactly 0 at every pixel; neither what moves nor its shadow is visible\n";
-        return Some(Report { text: text.to_owned(), outcome: Outcome::Bad });
-    }
-    let Measure { value, error } = reference.images.power();
-    if value > TOLERATED * error {
-        return None;
-    }
-    let text = format!(
-        "OPEN: the noise of the reference ({}, {} spp) hides the gradient, so nothing can be compared with it; raise \
-         --budget\n",
-        reference.setting.options, reference.samples
-    );
-    Some(Report { text, outcome: Outcome::Open })
+/// The report if settings cannot be compared.
+fn unusable(error: TuneError) -> anyhow::Result<Report> {
+    let (text, outcome) = match error {
+        TuneError::Nothing => (format!("NOTHING CHANGES: {error}\n"), Outcome::Bad),
+        TuneError::Noise { setting, samples } => {
+            let setting = options(setting);
+            let text = format!(
+                "OPEN: the noise of the reference ({setting}, {samples} spp) hides the gradient, so nothing can be compared \
+                 with it; raise --budget\n"
+            );
+            (text, Outcome::Open)
+        }
+        TuneError::Budgeted { seconds } => {
+            (format!("OPEN: nothing was measured; --budget {seconds:.0} or so is enough\n"), Outcome::Open)
+        }
+        other => return Err(other.into()),
+    };
+    Ok(Report { text, outcome })
 }

@@ -2,10 +2,9 @@
 
 use anyhow::anyhow;
 use plotters::prelude::*;
+use volume3d::tune::{Law, Rung, Tuned};
 
-use super::law::{Law, Rung};
-use super::settings::Setting;
-use super::study::Outcome;
+use super::settings::options;
 
 /// Size in pixels, and the columns of the plot; the others are the legend.
 const SIZE: (u32, u32) = (1000, 600);
@@ -35,33 +34,21 @@ const PLACES: usize = 80;
 
 /// One setting in the plot, as pairs of seconds and error.
 struct Series<'a> {
-    setting: &'a Setting,
+    tuned: &'a Tuned,
     colour: RGBColor,
     points: Vec<(f64, f64)>,
     line: Vec<(f64, f64)>,
 }
 
 /// The plot as SVG.
-pub(super) fn svg(settings: &[Setting], outcomes: &[Outcome]) -> anyhow::Result<String> {
-    let measured: Vec<(usize, &Setting, &[Rung])> = settings
-        .iter()
-        .zip(outcomes)
-        .enumerate()
-        .filter_map(|(i, (setting, outcome))| match outcome {
-            Outcome::Measured(rungs) => Some((i, setting, &rungs[..])),
-            _ => None,
-        })
-        .collect();
-    let longest = measured.iter().flat_map(|m| m.2).map(|r| r.seconds).fold(0.0, f64::max);
-    let series: Vec<Series<'_>> = measured
-        .into_iter()
-        .filter_map(|(i, setting, rungs)| {
-            let law = Law::of(rungs, setting.unbiased)?;
-            let colour = COLOURS[i % COLOURS.len()];
-            let points = shown(rungs.iter().map(|r| (r.seconds, error(r))));
-            Some(Series { setting, colour, points, line: line(&law, BEYOND * longest) })
-        })
-        .collect();
+pub(super) fn svg(settings: &[Tuned]) -> anyhow::Result<String> {
+    let longest = settings.iter().flat_map(Tuned::rungs).map(|r| r.seconds).fold(0.0, f64::max);
+    let series = settings.iter().enumerate().filter_map(|(i, tuned)| {
+        let (law, colour) = (tuned.law()?, COLOURS[i % COLOURS.len()]);
+        let points = shown(tuned.rungs().iter().map(|r| (r.seconds, error(r))));
+        Some(Series { tuned, colour, points, line: line(&law, BEYOND * longest) })
+    });
+    let series: Vec<Series<'_>> = series.collect();
     let mut text = String::new();
     draw(&series, &mut text).map_err(|e| anyhow!("cannot draw the picture: {e}"))?;
     Ok(text)
@@ -114,8 +101,8 @@ fn draw<'t>(
         .light_line_style(WHITE)
         .label_style(("sans-serif", 14))
         .draw()?;
-    for Series { setting, colour, points, line } in series {
-        if setting.unbiased {
+    for Series { tuned, colour, points, line } in series {
+        if tuned.unbiased {
             chart.draw_series(LineSeries::new(line.iter().copied(), colour.stroke_width(2)))?;
         } else {
             chart.draw_series(DashedLineSeries::new(line.iter().copied(), 6, 4, colour.stroke_width(2)))?;
@@ -133,10 +120,10 @@ fn names<'t>(
 ) -> Result<(), DrawingAreaErrorKind<<SVGBackend<'t> as DrawingBackend>::ErrorType>> {
     let style = ("sans-serif", 14).into_font();
     let write = |words: &str, x: i32, y: i32| area.draw(&Text::new(words.to_owned(), (x, y), style.clone()));
-    for (i, Series { setting, colour, .. }) in series.iter().enumerate() {
+    for (i, Series { tuned, colour, .. }) in series.iter().enumerate() {
         let y = 24 + 24 * i as i32;
         area.draw(&Circle::new((14, y + 7), 5, colour.filled()))?;
-        write(&setting.options, 28, y)?;
+        write(&options(tuned.setting), 28, y)?;
     }
     let below = 40 + 24 * series.len() as i32;
     let words = [

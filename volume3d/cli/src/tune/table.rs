@@ -2,16 +2,15 @@
 
 use std::fmt::Write as _;
 
+use volume3d::tune::{Bias, FilterNoise, Measure, Outcome, RUNS, Reference, Rung, Tuned, Tuning};
+
 use super::advice::percent;
-use super::law::{Bias, Law, Rung};
-use super::settings::Setting;
-use super::statistics::Measure;
-use super::study::{Outcome, RUNS, Reference};
+use super::settings::options;
 use crate::one_sided::one_sided;
 
 /// A line per setting, at its largest number of samples, with the expected error within a time.
-pub(super) fn table(settings: &[Setting], outcomes: &[Outcome], at: f64) -> String {
-    let width = settings.iter().map(|s| s.options.len()).max().unwrap_or(0);
+pub(super) fn table(settings: &[Tuned], at: f64) -> String {
+    let width = settings.iter().map(|s| options(s.setting).len()).max().unwrap_or(0);
     let mut text = format!(
         "{:width$}  {:>6}  {:>8}  {:>15}  {:>11}  {:>9}  {:>14}\n",
         "setting",
@@ -22,10 +21,10 @@ pub(super) fn table(settings: &[Setting], outcomes: &[Outcome], at: f64) -> Stri
         "noise",
         format!("error in {at} s"),
     );
-    for (setting, outcome) in settings.iter().zip(outcomes) {
-        let _ = write!(text, "{:width$}  ", setting.options);
-        match outcome {
-            Outcome::Measured(rungs) => text += &line(rungs, setting.unbiased, at),
+    for tuned in settings {
+        let _ = write!(text, "{:width$}  ", options(tuned.setting));
+        match &tuned.outcome {
+            Outcome::Measured(_) => text += &line(tuned, at),
             Outcome::Refused(_) => text += "refused, see below",
             Outcome::TooSlow => {
                 text += "not measured: runs with one sample per pixel exceed the budget; raise --budget";
@@ -33,17 +32,17 @@ pub(super) fn table(settings: &[Setting], outcomes: &[Outcome], at: f64) -> Stri
         }
         text.push('\n');
     }
-    for (setting, outcome) in settings.iter().zip(outcomes) {
-        if let Outcome::Refused(reason) = outcome {
-            let _ = writeln!(text, "refused: {}: {reason}", setting.options);
+    for tuned in settings {
+        if let Outcome::Refused(reason) = &tuned.outcome {
+            let _ = writeln!(text, "refused: {}: {reason}", options(tuned.setting));
         }
     }
     text
 }
 
-fn line(rungs: &[Rung], unbiased: bool, at: f64) -> String {
+fn line(tuned: &Tuned, at: f64) -> String {
     let (Some(Rung { samples, seconds, statistics, heavy, .. }), Some(law)) =
-        (rungs.last(), Law::of(rungs, unbiased))
+        (tuned.rungs().last(), tuned.law())
     else {
         return String::new();
     };
@@ -74,20 +73,33 @@ pub(super) fn legend(reference: &Reference) -> String {
          noise:     the standard deviation of one run\n\
          Errors are root mean squares over pixels and channels, relative to that of the gradient.\n\
          Expected error² at N spp = bias² + noise² · spp/N, where an unresolved bias counts as x.\n\n",
-        setting.options,
+        options(*setting),
         percent(error),
     )
 }
 
+/// A line with the noise under each filter; empty if there is none.
+pub(super) fn filters(found: &[FilterNoise], reference: &Reference) -> String {
+    if found.is_empty() {
+        return String::new();
+    }
+    let words = found.iter().map(|FilterNoise { name, is_own, ratio }| {
+        let whose = if *is_own { " (the scene's)" } else { "" };
+        format!("{name} {ratio:.2}{whose}")
+    });
+    let (method, words) = (options(reference.setting), words.collect::<Vec<_>>().join(", "));
+    format!("noise by pixel filter, at equal samples of {method}: {words}\n\n")
+}
+
 /// Warnings about unreliable results.
-pub(super) fn warnings(settings: &[Setting], outcomes: &[Outcome], reference: &Reference) -> String {
+pub(super) fn warnings(Tuning { settings, reference, .. }: &Tuning) -> String {
     let mut text = String::new();
-    if !reference.setting.unbiased {
+    if !reference.unbiased {
         let _ = writeln!(
             text,
             "WARNING: no unbiased method supports this scene. The reference is {}, whose bias, ~ step², is not visible \
              here",
-            reference.setting.options
+            options(reference.setting)
         );
     }
     if reference.heavy > 0 {
@@ -99,15 +111,14 @@ pub(super) fn warnings(settings: &[Setting], outcomes: &[Outcome], reference: &R
             reference.heavy
         );
     }
-    for (setting, outcome) in settings.iter().zip(outcomes) {
-        let Outcome::Measured(rungs) = outcome else { continue };
-        let (Some(law), Some(last)) = (Law::of(rungs, setting.unbiased), rungs.last()) else { continue };
-        if let (Bias::Resolved(bias), true) = (law.bias, setting.unbiased) {
+    for tuned in settings {
+        let (Some(law), Some(last)) = (tuned.law(), tuned.rungs().last()) else { continue };
+        if let (Bias::Resolved(bias), true) = (law.bias, tuned.unbiased) {
             let _ = writeln!(
                 text,
                 "WARNING: {} is unbiased by proof, but differs from the reference by {}, more than noise explains: one of \
                  the two missed rare events; try another --seed and a larger --budget",
-                setting.options,
+                options(tuned.setting),
                 percent(bias)
             );
         }
@@ -115,19 +126,16 @@ pub(super) fn warnings(settings: &[Setting], outcomes: &[Outcome], reference: &R
             let _ = writeln!(
                 text,
                 "WARNING: {}: {} samples were not finite and are left out",
-                setting.options, last.non_finite
+                options(tuned.setting),
+                last.non_finite
             );
         }
     }
-    if outcomes.iter().any(|o| matches!(o, Outcome::Measured(r) if r.last().is_some_and(|l| l.heavy > 0))) {
+    if settings.iter().any(Tuned::is_heavy) {
         text += "heavy tails: the number of runs in which one sample carries 2% of the sum of |gradient| or more. Noise and \
                  errors are then more often larger than stated than not, and fall more slowly with samples\n";
     }
-    let measured = outcomes.iter().flat_map(|outcome| match outcome {
-        Outcome::Measured(rungs) => &rungs[..],
-        Outcome::Refused(_) | Outcome::TooSlow => &[],
-    });
-    let rungs = measured.filter_map(|rung| rung.one_sided.as_ref());
+    let rungs = settings.iter().flat_map(Tuned::rungs).filter_map(|rung| rung.one_sided.as_ref());
     let mut found: Vec<_> = reference.one_sided.iter().chain(rungs).map(|(step, why)| (*step, why)).collect();
     found.sort_by(|a, b| b.0.total_cmp(&a.0));
     found.dedup_by_key(|(step, _)| *step);
@@ -135,34 +143,30 @@ pub(super) fn warnings(settings: &[Setting], outcomes: &[Outcome], reference: &R
 }
 
 /// All rungs of all settings as CSV.
-pub(super) fn csv(
-    settings: &[Setting],
-    outcomes: &[Outcome],
-    reference: &Reference,
-) -> anyhow::Result<Vec<u8>> {
+pub(super) fn csv(Tuning { settings, reference, .. }: &Tuning) -> anyhow::Result<Vec<u8>> {
     let mut table = csv::Writer::from_writer(vec![]);
     table.write_record(HEADER)?;
-    let none = vec![];
-    for (setting, outcome) in settings.iter().zip(outcomes) {
-        let (rungs, refusal) = match outcome {
-            Outcome::Measured(rungs) => (rungs, String::new()),
-            Outcome::Refused(reason) => (&none, format!("refused: {reason}")),
-            Outcome::TooSlow => (&none, "not measured: too slow for the budget".to_owned()),
+    for tuned in settings {
+        let refusal = match &tuned.outcome {
+            Outcome::Measured(_) => String::new(),
+            Outcome::Refused(reason) => format!("refused: {reason}"),
+            Outcome::TooSlow => "not measured: too slow for the budget".to_owned(),
         };
-        let unbiased = if setting.unbiased { "yes" } else { "no" };
+        let (rungs, setting) = (tuned.rungs(), options(tuned.setting));
+        let unbiased = if tuned.unbiased { "yes" } else { "no" };
         for Rung { samples, seconds, statistics: s, heavy, non_finite, .. } in rungs {
             let (v, r, b, m) = (s.variance, s.relative_variance, s.relative_bias2, s.slope);
             let numbers = [v.value, v.error, r.value, r.error, b.value, b.error, m.value, m.error];
-            let mut cells = vec![setting.options.clone(), unbiased.to_owned(), samples.to_string()];
+            let mut cells = vec![setting.clone(), unbiased.to_owned(), samples.to_string()];
             cells.extend([RUNS.to_string(), format!("{seconds}")]);
             cells.extend(numbers.map(|x| format!("{x}")));
             cells.extend([heavy.to_string(), non_finite.to_string()]);
-            cells.extend([reference.setting.options.clone(), reference.samples.to_string(), String::new()]);
+            cells.extend([options(reference.setting), reference.samples.to_string(), String::new()]);
             table.write_record(&cells)?;
         }
         if rungs.is_empty() {
             let mut cells = vec![String::new(); HEADER.len()];
-            cells[0] = setting.options.clone();
+            cells[0] = setting;
             cells[1] = unbiased.to_owned();
             cells[HEADER.len() - 1] = refusal;
             table.write_record(&cells)?;

@@ -18,6 +18,9 @@
 `Views`                   pictures with cameras, of NeRF, COLMAP, DTU and Mitsuba files
 `Fit`                     fit of parameters to pictures
 `compare`                 comparison of somebody else's gradient with ours
+`check`                   comparison of a gradient with central finite differences
+`lint`                    problems of a scene for gradients, with advice
+`tune`                    bias, noise and time of every method, and the best for a time or an error
 `volume3d.plot`           images and signed gradient images by Matplotlib
 `volume3d.torch`          renderer as a differentiable function of PyTorch
 `volume3d.jax`            renderer as a differentiable function of JAX
@@ -45,14 +48,18 @@ from ._fit import Adam, Fit, Penalty
 from ._parameters import Parameters, traverse
 from ._results import Gradient, GradientImage, Rendering
 from ._scene import Mesh, Scene, load_file, load_string, read_image, scene_from_arrays, write_image
+from ._study import Advice, Check, Finding, Setting, Slope, Tuning, check, lint, tune
 from ._views import View, Views
 
 __all__ = [
     "METHODS",
     "Adam",
+    "Advice",
     "Camera",
+    "Check",
     "Comparison",
     "Error",
+    "Finding",
     "Fit",
     "FitError",
     "Gradient",
@@ -66,11 +73,16 @@ __all__ = [
     "Rendering",
     "Scene",
     "SceneError",
+    "Setting",
+    "Slope",
+    "Tuning",
     "View",
     "Views",
     "__version__",
+    "check",
     "compare",
     "forward",
+    "lint",
     "load_file",
     "load_string",
     "num_threads",
@@ -80,5 +92,6 @@ __all__ = [
     "scene_from_arrays",
     "set_num_threads",
     "traverse",
+    "tune",
     "write_image",
 ]

@@ -67,20 +67,10 @@ def forward(
 
     Raises `ParameterError` for unknown names, `GradientError` if the method does not support the scene.
     """
-    core = _scene(scene)
-    if not change:
-        raise ParameterError("the change is empty: name at least one parameter")
-    selection = select(scene, list(change))
-    directions = [
-        shaped(value, shape, f"the rate of `{name}`")
-        for (name, value), shape in zip(change.items(), selection.shapes, strict=True)
-    ]
-    flat = np.concatenate([direction.ravel() for direction in directions])
-    if not np.isfinite(flat).all():
-        raise ValueError("the change must be finite")
-    direction, settings = selection.padded(flat), _method(method, spp, seed, step)
+    core, (parameters, x, direction) = _scene(scene), along(scene, change)
+    settings = _method(method, spp, seed, step)
     with _Report(progress, "gradient") as report:
-        found = _core.forward(core, selection.core, selection.x, direction, settings, report)
+        found = _core.forward(core, parameters, x, direction, settings, report)
     return GradientImage(
         gradient=found["gradient"],
         stderr=found["stderr"],
@@ -173,6 +163,22 @@ class Reverse:
         selection = select(scene, names)
         array = numbers(adjoint, "the adjoint")
         return _core.reverse(scene._core, selection.core, selection.x, array, settings, None)
+
+
+def along(scene: Scene, change: Mapping[str, ArrayLike]) -> _core.Change:
+    """Parameters of a change, their values and rates."""
+    _scene(scene)
+    if not change:
+        raise ParameterError("the change is empty: name at least one parameter")
+    selection = select(scene, list(change))
+    directions = [
+        shaped(value, shape, f"the rate of `{name}`")
+        for (name, value), shape in zip(change.items(), selection.shapes, strict=True)
+    ]
+    flat = np.concatenate([direction.ravel() for direction in directions])
+    if not np.isfinite(flat).all():
+        raise ValueError("the change must be finite")
+    return selection.core, selection.x, selection.padded(flat)
 
 
 def split(flat: Array, shapes: list[tuple[int, ...]]) -> list[Array]:

@@ -6,3 +6,4 @@ pub(super) mod estimator;
 pub(super) mod finite_difference;
 pub(super) mod pilot;
 pub(super) mod rotation;
+mod steps;

@@ -1,11 +1,13 @@
 //! Progress reports and cancellation of long computations.
 
+use std::sync::Arc;
+
 /// Callbacks of a long computation: progress and cancellation.
 #[derive(Default)]
 pub struct Progress {
     start: Option<Box<dyn Fn(usize) + Send + Sync>>,
     step: Option<Box<dyn Fn() + Send + Sync>>,
-    stop: Option<Box<dyn Fn() -> bool + Send + Sync>>,
+    stop: Option<Arc<dyn Fn() -> bool + Send + Sync>>,
 }
 
 impl std::fmt::Debug for Progress {
@@ -48,8 +50,13 @@ impl Progress {
     /// ```
     #[must_use]
     pub fn until(mut self, stop: impl Fn() -> bool + Send + Sync + 'static) -> Self {
-        self.stop = Some(Box::new(stop));
+        self.stop = Some(Arc::new(stop));
         self
+    }
+
+    /// The same cancellation, without reports: for a part of a computation that reports its own steps.
+    pub(crate) fn silent(&self) -> Self {
+        Self { start: None, step: None, stop: self.stop.clone() }
     }
 
     pub(crate) fn start(&self, steps: usize) {

@@ -1,11 +1,11 @@
 //! The noise under other pixel filters.
 
-use volume3d::gradient::GradientError;
-use volume3d::scene::{Filter, Scene};
-
+use super::TuneError;
 use super::statistics::Images;
 use super::study::{Reference, Study};
-use crate::comparison::TOLERATED;
+use crate::check::TOLERATED;
+use crate::gradient::GradientError;
+use crate::scene::{Filter, Scene};
 
 /// The filters of Mitsuba 3 with their default parameters.
 const FILTERS: [(&str, Filter); 6] = [
@@ -17,10 +17,21 @@ const FILTERS: [(&str, Filter); 6] = [
     ("lanczos", Filter::Lanczos { lobes: 3 }),
 ];
 
-/// A line with the noise of the reference's method under each filter: relative to the gradient under that
-/// filter, and divided by the same ratio for the scene's own filter, at equal samples. Gradients under
-/// different filters are different quantities, so this does not compare errors of one number.
-pub(super) fn compared(study: &Study<'_>, reference: &Reference) -> anyhow::Result<String> {
+/// The noise of the reference's method under one filter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FilterNoise {
+    /// Name of the filter.
+    pub name: &'static str,
+    /// Whether it is that of the scene.
+    pub is_own: bool,
+    /// Noise relative to the gradient under this filter, divided by the same ratio for the scene's own
+    /// filter, at equal samples. Gradients under different filters are different quantities, so this does not
+    /// compare errors of one number.
+    pub ratio: f64,
+}
+
+/// The noise under all filters that the budget allows; none if noise hides the gradient.
+pub(super) fn compared(study: &Study<'_>, reference: &Reference) -> Result<Vec<FilterNoise>, TuneError> {
     let own = study.scene.description().film.filter;
     let mut found = vec![];
     for (i, (name, filter)) in FILTERS.into_iter().enumerate() {
@@ -29,18 +40,14 @@ pub(super) fn compared(study: &Study<'_>, reference: &Reference) -> anyhow::Resu
         description.film.filter = if is_own { own } else { filter };
         match study.elsewhere(&Scene::new(description)?, i, reference) {
             Ok(images) => found.extend(images.and_then(|images| noise(&images)).map(|n| (name, is_own, n))),
-            Err(GradientError::Stopped(stopped)) => return Err(stopped.into()),
+            Err(stopped @ GradientError::Stopped(_)) => return Err(stopped.into()),
             Err(_) => {}
         }
     }
     let scale = found.iter().find(|(_, is_own, _)| *is_own).map(|(.., noise)| *noise);
-    let Some(scale) = scale.filter(|scale| *scale > 0.0) else { return Ok(String::new()) };
-    let words = found.iter().map(|(name, is_own, noise)| {
-        let whose = if *is_own { " (the scene's)" } else { "" };
-        format!("{name} {:.2}{whose}", noise / scale)
-    });
-    let (method, words) = (&reference.setting.options, words.collect::<Vec<_>>().join(", "));
-    Ok(format!("noise by pixel filter, at equal samples of {method}: {words}\n\n"))
+    let Some(scale) = scale.filter(|scale| *scale > 0.0) else { return Ok(vec![]) };
+    let ratio = |(name, is_own, noise)| FilterNoise { name, is_own, ratio: noise / scale };
+    Ok(found.into_iter().map(ratio).collect())
 }
 
 /// The noise relative to the gradient; nothing if noise hides the gradient.

@@ -8,17 +8,16 @@ use std::time::Instant;
 use flatland::random::stream;
 use glam::DVec3;
 use rand::Rng;
-use volume3d::gradient::{Estimator, GradientError, OneSided, Tangent};
-use volume3d::scene::Scene;
 
 use super::allowance::Allowance;
 use super::law::Rung;
-use super::settings::{Setting, makeshift, references};
+use super::setting::Setting;
 use super::statistics::Images;
-use crate::session::silent;
+use crate::gradient::{Estimator, GradientError, OneSided, Tangent};
+use crate::scene::Scene;
 
 /// Independent runs of each setting and rung, and of the reference.
-pub(super) const RUNS: usize = 16;
+pub const RUNS: usize = 16;
 /// Runs of a trial, which chooses the reference.
 const TRIAL_RUNS: usize = 4;
 /// Ratio of samples from rung to rung.
@@ -26,7 +25,7 @@ const CLIMB: usize = 4;
 /// The part of the budget for the reference, and the smallest part for a trial.
 const REFERENCE_SHARE: f64 = 0.3;
 const TRIAL_SHARE: f64 = 0.02;
-/// With --spp: ratio of the reference's samples to those of settings.
+/// Without a time limit: ratio of the reference's samples to those of settings.
 const REFERENCE_SAMPLES: usize = 4;
 /// Ratio of the reference's samples to those of a trial of a filter, and the largest part of the budget for
 /// one filter.
@@ -40,21 +39,27 @@ const SETTING: u64 = 3;
 const FILTER: u64 = 4;
 
 /// The reference.
-pub(super) struct Reference {
-    pub(super) setting: Setting,
-    pub(super) images: Images,
+#[derive(Clone, Debug)]
+pub struct Reference {
+    /// Its setting.
+    pub setting: Setting,
+    /// Whether it is proved to be unbiased.
+    pub unbiased: bool,
+    /// The gradient images of all runs.
+    pub images: Images,
     /// Samples per pixel of a run.
-    pub(super) samples: usize,
+    pub samples: usize,
     /// The time of all runs.
-    pub(super) seconds: f64,
+    pub seconds: f64,
     /// The number of runs in which one sample carries so much that errors are unreliable.
-    pub(super) heavy: usize,
+    pub heavy: usize,
     /// Step of finite differences at a bound of a parameter's range, and the reason why they are one-sided.
-    pub(super) one_sided: Option<(f64, OneSided)>,
+    pub one_sided: Option<(f64, OneSided)>,
 }
 
 /// The result for a setting.
-pub(super) enum Outcome {
+#[derive(Clone, Debug)]
+pub enum Outcome {
     /// Measured at these numbers of samples, in increasing order.
     Measured(Vec<Rung>),
     /// The method refuses the scene.
@@ -68,7 +73,7 @@ pub(super) struct Study<'a> {
     pub(super) scene: &'a Scene,
     pub(super) change: &'a Tangent,
     pub(super) seed: u64,
-    pub(super) allowance: &'a Allowance,
+    pub(super) allowance: &'a Allowance<'a>,
 }
 
 /// Runs with the same number of samples.
@@ -98,22 +103,22 @@ pub(super) fn all_samples(settings: usize, most: usize) -> usize {
 impl Study<'_> {
     /// Measures the reference: the better of two unbiased methods; if both refuse, finite differences with a
     /// small step.
-    pub(super) fn reference(&self) -> anyhow::Result<Reference> {
+    pub(super) fn reference(&self) -> Result<Reference, GradientError> {
         let mut best: Option<(Trial, Setting)> = None;
-        for (i, setting) in references(self.change)?.into_iter().enumerate() {
-            match self.trial(i as u64, &setting) {
+        for (i, &setting) in Setting::references(self.change).iter().enumerate() {
+            match self.trial(i as u64, setting) {
                 Ok(trial) if best.as_ref().is_none_or(|(other, _)| trial.demerit < other.demerit) => {
                     best = Some((trial, setting));
                 }
-                Err(GradientError::Stopped(stopped)) => return Err(stopped.into()),
+                Err(stopped @ GradientError::Stopped(_)) => return Err(stopped),
                 Ok(_) | Err(_) => {}
             }
         }
         let (trial, setting) = match best {
             Some(best) => best,
             None => {
-                let setting = makeshift(self.scene, self.change)?;
-                (self.trial(u64::MAX, &setting)?, setting)
+                let setting = Setting::makeshift(self.scene, self.change);
+                (self.trial(u64::MAX, setting)?, setting)
             }
         };
         let fitting = REFERENCE_SHARE * self.allowance.budget() / (RUNS as f64 * trial.each);
@@ -122,10 +127,11 @@ impl Study<'_> {
             None => 1 << (fitting.max(1.0) as usize).ilog2(),
         };
         let start = Instant::now();
-        let batch = self.batch(&setting, samples, 0..RUNS, &[REFERENCE])?;
+        let batch = self.batch(setting, samples, 0..RUNS, &[REFERENCE])?;
         let Batch { images, heavy, one_sided, .. } = batch;
         let (images, seconds) = (Images::new(images), start.elapsed().as_secs_f64());
-        Ok(Reference { setting, images, samples, seconds, heavy, one_sided })
+        let unbiased = setting.is_unbiased(self.change);
+        Ok(Reference { setting, unbiased, images, samples, seconds, heavy, one_sided })
     }
 
     /// Images of the reference's method on another scene, with a part of its samples and other seeds; nothing
@@ -142,11 +148,11 @@ impl Study<'_> {
             return Ok(None);
         }
         let study = Study { scene, ..*self };
-        let batch = study.batch(&reference.setting, samples, 0..RUNS, &[FILTER, number as u64])?;
+        let batch = study.batch(reference.setting, samples, 0..RUNS, &[FILTER, number as u64])?;
         Ok(Some(Images::new(batch.images)))
     }
 
-    fn trial(&self, number: u64, setting: &Setting) -> Result<Trial, GradientError> {
+    fn trial(&self, number: u64, setting: Setting) -> Result<Trial, GradientError> {
         let start = Instant::now();
         let mut samples = 1;
         loop {
@@ -173,7 +179,7 @@ impl Study<'_> {
         reference: &Reference,
     ) -> Result<Vec<Outcome>, GradientError> {
         let mut outcomes = vec![];
-        for (i, setting) in settings.iter().enumerate() {
+        for (i, &setting) in settings.iter().enumerate() {
             if !self.allowance.allows(0, 0.0) {
                 outcomes.push(Outcome::TooSlow);
                 continue;
@@ -189,7 +195,7 @@ impl Study<'_> {
         while let Some(i) = self.next(&outcomes, &full) {
             let Outcome::Measured(rungs) = &mut outcomes[i] else { break };
             let samples = self.allowance.capped(CLIMB * rungs.last().map_or(1, |r| r.samples));
-            match self.rung(i, &settings[i], samples, reference)? {
+            match self.rung(i, settings[i], samples, reference)? {
                 Some(rung) => rungs.push(rung),
                 None => full[i] = true,
             }
@@ -213,7 +219,7 @@ impl Study<'_> {
     fn rung(
         &self,
         number: usize,
-        setting: &Setting,
+        setting: Setting,
         samples: usize,
         reference: &Reference,
     ) -> Result<Option<Rung>, GradientError> {
@@ -230,7 +236,7 @@ impl Study<'_> {
 
     fn batch(
         &self,
-        setting: &Setting,
+        setting: Setting,
         samples: usize,
         runs: std::ops::Range<usize>,
         address: &[u64],
@@ -240,7 +246,7 @@ impl Study<'_> {
             let start = Instant::now();
             let seed = stream(self.seed, &[address, &[run as u64]].concat()).next_u64();
             let estimator = setting.estimator(samples, seed);
-            let result = estimator.forward(self.scene, self.change, &silent())?;
+            let result = estimator.forward(self.scene, self.change, &self.allowance.silent())?;
             batch.seconds.push(start.elapsed().as_secs_f64());
             batch.heavy += usize::from(result.outlier().is_some());
             batch.non_finite += result.non_finite.len();

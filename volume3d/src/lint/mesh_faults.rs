@@ -1,6 +1,6 @@
 //! Properties of a mesh that are legal, but often not intended.
 
-use volume3d::geometry::{Edges, Mesh, Normals};
+use crate::geometry::{Edges, Mesh, Normals};
 
 /// The number of occurrences, and the first one.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -1,34 +1,42 @@
 //! Predicts time and error of a setting at any number of samples.
 
-use volume3d::gradient::OneSided;
-
 use super::statistics::{Measure, Statistics};
-use crate::comparison::TOLERATED;
-use crate::spp::MAX_SAMPLES;
+use crate::check::TOLERATED;
+use crate::gradient::OneSided;
+
+/// The largest number of samples per pixel that is recommended: more than a day could compute.
+pub const MAX_SAMPLES: usize = 1 << 30;
 
 /// The measurements of a setting at one number of samples.
 #[derive(Clone, Debug)]
-pub(super) struct Rung {
+pub struct Rung {
     /// Samples per pixel of each run.
-    pub(super) samples: usize,
+    pub samples: usize,
     /// The median time of a run.
-    pub(super) seconds: f64,
-    pub(super) statistics: Statistics,
+    pub seconds: f64,
+    /// Errors relative to the reference.
+    pub statistics: Statistics,
     /// The number of runs in which one sample carries so much that errors are unreliable.
-    pub(super) heavy: usize,
+    pub heavy: usize,
     /// The number of samples that were not finite, over all runs.
-    pub(super) non_finite: usize,
+    pub non_finite: usize,
     /// Step of finite differences at a bound of a parameter's range, and the reason why they are one-sided.
-    pub(super) one_sided: Option<(f64, OneSided)>,
+    pub one_sided: Option<(f64, OneSided)>,
 }
 
 /// The bias relative to the gradient, as a root mean square.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Bias {
+pub enum Bias {
     /// Proved to be 0; measured to be below this.
-    Proved { below: f64 },
+    Proved {
+        /// The measured bound.
+        below: f64,
+    },
     /// Not distinguishable from noise; below this, which is two standard errors above the measurement.
-    Unresolved { below: f64 },
+    Unresolved {
+        /// The bound.
+        below: f64,
+    },
     /// Distinguishable from noise.
     Resolved(f64),
 }
@@ -39,24 +47,28 @@ pub(super) enum Bias {
 /// error² = bias² + variance/n,   seconds = fixed + n · each
 /// ```
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Law {
-    pub(super) bias: Bias,
+pub struct Law {
+    /// The bias.
+    pub bias: Bias,
     /// The variance of one sample per pixel, relative to the mean square of the gradient.
-    pub(super) variance: Measure,
+    pub variance: Measure,
     /// Time of a run that does not depend on its samples: preparations and the control variate.
     fixed: f64,
     /// Time per sample per pixel.
     each: f64,
     /// The largest measured number of samples.
-    pub(super) measured: usize,
+    pub measured: usize,
 }
 
 /// A number of samples with the expected time and error.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Expected {
-    pub(super) samples: usize,
-    pub(super) seconds: f64,
-    pub(super) error: Measure,
+pub struct Expected {
+    /// Samples per pixel.
+    pub samples: usize,
+    /// Time of the gradient.
+    pub seconds: f64,
+    /// Root mean square error, relative to the gradient.
+    pub error: Measure,
 }
 
 /// The bound on an unresolved bias is this many standard errors above the measurement.
@@ -78,7 +90,8 @@ impl Bias {
     }
 
     /// The value in an expected error: 0 if proved, the bound if unresolved.
-    pub(super) fn counted(self) -> f64 {
+    #[must_use]
+    pub fn counted(self) -> f64 {
         match self {
             Self::Proved { .. } => 0.0,
             Self::Unresolved { below } => below,
@@ -106,7 +119,8 @@ impl Law {
     }
 
     /// The expected time and error of n samples per pixel.
-    pub(super) fn expected(&self, samples: usize) -> Expected {
+    #[must_use]
+    pub fn expected(&self, samples: usize) -> Expected {
         let noise = self.variance.scaled(1.0 / samples as f64);
         let error = (self.bias.counted().powi(2) + noise.value.max(0.0)).sqrt();
         let of_error = if error > 0.0 { noise.error / (2.0 * error) } else { 0.0 };
@@ -115,14 +129,16 @@ impl Law {
     }
 
     /// The expectation for the most samples that fit into a time; nothing if one sample per pixel does not.
-    pub(super) fn within(&self, seconds: f64) -> Option<Expected> {
+    #[must_use]
+    pub fn within(&self, seconds: f64) -> Option<Expected> {
         let samples = ((seconds - self.fixed) / self.each).floor();
         (samples >= 1.0).then(|| self.expected(whole_strata(samples.min(MAX_SAMPLES as f64) as usize, false)))
     }
 
     /// The expectation for the fewest samples with at most this error; nothing if the bias exceeds it, or too
     /// many samples are needed.
-    pub(super) fn reaching(&self, error: f64) -> Option<Expected> {
+    #[must_use]
+    pub fn reaching(&self, error: f64) -> Option<Expected> {
         let room = error.powi(2) - self.bias.counted().powi(2);
         let samples = (self.variance.value.max(0.0) / room).ceil().max(1.0);
         let able = room > 0.0 && samples < MAX_SAMPLES as f64;

@@ -17,9 +17,11 @@ use glam::DVec3;
 
 /// A number with its standard error.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Measure {
-    pub(super) value: f64,
-    pub(super) error: f64,
+pub struct Measure {
+    /// The number.
+    pub value: f64,
+    /// Its standard error.
+    pub error: f64,
 }
 
 impl Measure {
@@ -30,7 +32,8 @@ impl Measure {
 }
 
 /// Independent images with the same mean, and the products of all pairs.
-pub(super) struct Images {
+#[derive(Clone, Debug)]
+pub struct Images {
     images: Vec<Vec<DVec3>>,
     products: Vec<Vec<f64>>,
 }
@@ -38,15 +41,15 @@ pub(super) struct Images {
 /// The statistics of a method's images, relative to a reference. All but the slope are in units of a squared
 /// gradient; relative ones are divided by the power of the reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Statistics {
+pub struct Statistics {
     /// The variance of one image, per pixel and channel.
-    pub(super) variance: Measure,
+    pub variance: Measure,
     /// `variance` divided by the power of the reference.
-    pub(super) relative_variance: Measure,
+    pub relative_variance: Measure,
     /// bias² divided by the power of the reference.
-    pub(super) relative_bias2: Measure,
+    pub relative_bias2: Measure,
     /// The slope of the mean on the reference; below 1, gradients are too small.
-    pub(super) slope: Measure,
+    pub slope: Measure,
 }
 
 impl Images {
@@ -56,17 +59,20 @@ impl Images {
     }
 
     /// ⟨g, g⟩ of the common mean g.
-    pub(super) fn power(&self) -> Measure {
+    #[must_use]
+    pub fn power(&self) -> Measure {
         jackknife(self.images.len(), |skipped| [self.between(skipped)])[0]
     }
 
     /// The variance of one image, per pixel and channel.
-    pub(super) fn variance(&self) -> Measure {
+    #[must_use]
+    pub fn variance(&self) -> Measure {
         jackknife(self.images.len(), |skipped| [self.within(skipped) - self.between(skipped)])[0]
     }
 
     /// Whether all pixels of all images are 0.
-    pub(super) fn are_zero(&self) -> bool {
+    #[must_use]
+    pub fn are_zero(&self) -> bool {
         self.images.iter().flatten().all(|p| *p == DVec3::ZERO)
     }
 

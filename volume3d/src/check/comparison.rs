@@ -12,17 +12,41 @@
 //!   events do not need it, as the tests show.)
 //! - the same for a change that no sample of any step saw; a sample changes by at most the brightest pixel.
 //!
+//! The error of the quotient itself, e(h) = F(h) − T for the slope F(h) at step h and the true slope T, is
+//! bounded by the slopes at larger steps H. Let the error fall at least in proportion to the step, whatever its
+//! sign: |e(h)| ≤ (h/H) |e(H)|. Then
+//!
+//! ```text
+//! |F(H) − F(h)| = |e(H) − e(h)| ≥ |e(H)| − |e(h)| ≥ (H/h − 1) |e(h)|,
+//! |e(h)| ≤ |F(H) − F(h)|/(H/h − 1).
+//! ```
+//!
+//! The bound holds on both sides of F(h): an error may change its sign between H and h. It fails where e(H) is
+//! small because the sign changes near H. Three steps H₂ > H₁ > h show that the error does not fall in
+//! proportion: if it did, then |F(H₁) − F(h)| ≤ (1 + h/H₁) |e(H₁)| and |F(H₂) − F(H₁)| ≥ (H₂/H₁ − 1) |e(H₁)|,
+//! so that
+//!
+//! ```text
+//! |F(H₁) − F(h)| ≤ (1 + h/H₁)/(H₂/H₁ − 1) · |F(H₂) − F(H₁)|.
+//! ```
+//!
+//! Where this is violated, and at the second largest step, where it cannot be tested, the whole difference
+//! |F(H₁) − F(h)| takes the place of the bound from the next larger step. It bounds |e(h)| if e(H₁) and e(h) have
+//! opposite signs, if e(H₁) = 0, or if |e(H₁)| ≥ 2 |e(h)|. The largest bound from all larger steps counts. An
+//! error that is as large at H₁ as at h, with the same sign, is not found by two steps.
+//!
 //! Each step has its own bound, with confidences that make all of them hold together (Bonferroni). The method
 //! differs if it is outside the bound of any step, and agrees within the narrowest bound.
 
 /// The mean of independent runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Estimate {
-    pub(super) mean: f64,
+pub struct Estimate {
+    /// The mean.
+    pub mean: f64,
     /// Its standard error.
-    pub(super) error: f64,
+    pub error: f64,
     /// The most that one sample contributes to the mean, estimated from the samples seen.
-    pub(super) grain: f64,
+    pub grain: f64,
 }
 
 impl Estimate {
@@ -43,7 +67,8 @@ impl Estimate {
     }
 
     /// (self − other) in standard errors of the difference.
-    pub(super) fn z(self, other: Self) -> f64 {
+    #[must_use]
+    pub fn z(self, other: Self) -> f64 {
         let Self { mean, error, .. } = self.minus(other);
         if mean == 0.0 { 0.0 } else { mean / error }
     }
@@ -51,15 +76,16 @@ impl Estimate {
 
 /// The slope by finite differences with one step.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Slope {
-    pub(super) step: f64,
-    pub(super) estimate: Estimate,
-    /// The slope extrapolated to a step of 0 from this step h and each larger step H, for an error
-    /// proportional to the step: F(h) − (F(H) − F(h))/(H/h − 1). If the error falls faster than the step, the
-    /// true slope is between F(h) and these.
-    pub(super) extrapolated: Vec<Estimate>,
+pub struct Slope {
+    /// The step.
+    pub step: f64,
+    /// The slope.
+    pub estimate: Estimate,
+    /// Values between which the true slope lies, apart from noise, a pair F(h) ± b for each larger step; none
+    /// at the largest step.
+    bounds: Vec<Estimate>,
     /// The contribution to the slope at the largest step of a sample that changes by the brightest pixel.
-    pub(super) unseen: f64,
+    unseen: f64,
 }
 
 impl Slope {
@@ -67,30 +93,33 @@ impl Slope {
     /// numbers. `grains`: for each step, the most that one sample like the largest contributes to the mean of
     /// all runs. `unseen`: see [`Slope::unseen`].
     pub(super) fn of(steps: &[f64], totals: &[Vec<f64>], grains: &[f64], unseen: f64) -> Vec<Self> {
-        let slope = |(i, &step): (usize, &f64)| {
-            let grain = grains[i];
-            let from = |(&larger, of_larger): (&f64, &Vec<f64>)| {
-                let more = 1.0 / (larger / step - 1.0);
-                let both = totals[i].iter().zip(of_larger);
-                let runs: Vec<f64> = both.map(|(small, large)| small + more * (small - large)).collect();
-                Estimate::of(&runs, (1.0 + more) * grain)
-            };
-            let extrapolated = steps[..i].iter().zip(totals).map(from).collect();
-            Self { step, estimate: Estimate::of(&totals[i], grain), extrapolated, unseen }
+        let means: Vec<f64> = totals.iter().map(|runs| Estimate::of(runs, 0.0).mean).collect();
+        let slope = |i: usize| {
+            let bounds = (0..i).flat_map(|larger| {
+                let part = bias_per_difference(steps, &means, larger, i);
+                [part, -part].map(|part| {
+                    let both = totals[i].iter().zip(&totals[larger]);
+                    let runs: Vec<f64> = both.map(|(small, large)| small + part * (large - small)).collect();
+                    Estimate::of(&runs, (1.0 + part.abs()) * grains[i])
+                })
+            });
+            let (step, estimate) = (steps[i], Estimate::of(&totals[i], grains[i]));
+            Self { step, estimate, bounds: bounds.collect(), unseen }
         };
-        steps.iter().enumerate().map(slope).collect()
+        (0..steps.len()).map(slope).collect()
     }
 
     /// Upper bound on the error due to the step; ∞ at the largest step.
-    pub(super) fn bias(&self) -> f64 {
-        let apart = self.extrapolated.iter().map(|e| (e.mean - self.estimate.mean).abs());
+    #[must_use]
+    pub fn bias(&self) -> f64 {
+        let apart = self.bounds.iter().map(|e| (e.mean - self.estimate.mean).abs());
         apart.reduce(f64::max).unwrap_or(f64::INFINITY)
     }
 
     /// Bounds on the method's value minus the true slope. With `times` as many samples, the noise is smaller
     /// and everything else is the same.
-    fn bounds(&self, method: Estimate, tolerance: Tolerance, times: f64) -> [f64; 2] {
-        let all = std::iter::once(&self.estimate).chain(&self.extrapolated);
+    fn difference(&self, method: Estimate, tolerance: Tolerance, times: f64) -> [f64; 2] {
+        let all = std::iter::once(&self.estimate).chain(&self.bounds);
         all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], e| {
             let difference = method.minus(*e);
             let slack = tolerance.slack(difference, self.unseen, times);
@@ -103,8 +132,20 @@ impl Slope {
     fn more(&self, method: Estimate, tolerance: Tolerance) -> Option<f64> {
         let wanted = RESOLUTION * self.estimate.mean.abs();
         let times = (1..=40).map(|k| 2.0_f64.powf(0.5 * f64::from(k)));
-        times.into_iter().find(|&times| half_width(self.bounds(method, tolerance, times)) <= wanted)
+        times.into_iter().find(|&times| half_width(self.difference(method, tolerance, times)) <= wanted)
     }
+}
+
+/// The bound on the bias of the slope at step `i`, divided by its difference from that at a larger step: see
+/// the module.
+fn bias_per_difference(steps: &[f64], means: &[f64], larger: usize, i: usize) -> f64 {
+    let falls_in_proportion = || {
+        let [before, last] = [means[i - 2] - means[i - 1], means[i - 1] - means[i]];
+        let most = (1.0 + steps[i] / steps[i - 1]) / (steps[i - 2] / steps[i - 1] - 1.0);
+        last.abs() <= most * before.abs()
+    };
+    let is_next = larger + 1 == i;
+    if is_next && (i < 2 || !falls_in_proportion()) { 1.0 } else { 1.0 / (steps[larger] / steps[i] - 1.0) }
 }
 
 fn half_width([low, high]: [f64; 2]) -> f64 {
@@ -113,17 +154,24 @@ fn half_width([low, high]: [f64; 2]) -> f64 {
 
 /// The result of a comparison.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Verdict {
+pub enum Verdict {
     /// No difference larger than `within`, relative to the slope.
     Agrees {
         /// The step with the narrowest bounds.
         step: f64,
+        /// The half-width of the bounds, relative to the slope.
         within: f64,
     },
     /// A difference that neither noise nor the step explains.
-    Differs { step: f64, by: f64 },
+    Differs {
+        /// The step at which the method is farthest outside the bounds.
+        step: f64,
+        /// The difference, relative to the slope; infinite if that is 0.
+        by: f64,
+    },
     /// Undecided: too much noise, or too large steps.
     Open {
+        /// The half-width of the bounds, relative to the slope; infinite if there is no slope.
         within: f64,
         /// The factor on the number of samples that resolves [`RESOLUTION`], if the noise falls as 1/√samples
         /// and the steps allow it.
@@ -134,17 +182,17 @@ pub(super) enum Verdict {
 }
 
 /// The number of independent runs of each estimate.
-pub(super) const RUNS: usize = 16;
+pub const RUNS: usize = 16;
 
 /// Tolerance for the mean of 16 runs in standard errors: exceeded by one mean in 900 (Student's t with 15
 /// degrees of freedom).
-pub(super) const TOLERATED: f64 = 4.0;
+pub const TOLERATED: f64 = 4.0;
 
 /// The probability that a correct gradient gets the verdict [`Verdict::Differs`], at most.
-pub(super) const FALSE_ALARMS: f64 = 1.0 / 900.0;
+pub const FALSE_ALARMS: f64 = 1.0 / 900.0;
 
 /// The relative difference that a comparison must resolve to be decided.
-pub(super) const RESOLUTION: f64 = 0.1;
+pub const RESOLUTION: f64 = 0.1;
 
 /// The tolerance of each of several comparisons, so that the probability of a false alarm in any of them is
 /// [`FALSE_ALARMS`].
@@ -188,37 +236,39 @@ fn student(probability: f64) -> f64 {
     f64::from(FREEDOM).sqrt() * angle.tan()
 }
 
-/// The verdict. The largest step is not compared: it only bounds the error of the next one.
-pub(super) fn verdict(method: Estimate, slopes: &[Slope]) -> Verdict {
-    let is_nothing = |e: Estimate| e.mean == 0.0 && e.error == 0.0;
-    if is_nothing(method) && slopes.iter().all(|s| is_nothing(s.estimate)) {
-        return Verdict::Nothing;
+impl Verdict {
+    /// The verdict. The largest step is not compared: it only bounds the error of the next one.
+    pub(super) fn of(method: Estimate, slopes: &[Slope]) -> Self {
+        let is_nothing = |e: Estimate| e.mean == 0.0 && e.error == 0.0;
+        if is_nothing(method) && slopes.iter().all(|s| is_nothing(s.estimate)) {
+            return Self::Nothing;
+        }
+        let compared = || slopes.iter().filter(|s| !s.bounds.is_empty());
+        let tolerance = Tolerance::of(compared().count().max(1));
+        let bounds = |s: &Slope| s.difference(method, tolerance, 1.0);
+        // The method's distance from its bounds, in units of their half-width.
+        let outside = |s: &Slope| {
+            let [low, high] = bounds(s);
+            let beyond = low.max(-high);
+            if beyond > 0.0 { beyond / half_width([low, high]) } else { 0.0 }
+        };
+        let farthest = compared().max_by(|a, b| outside(a).total_cmp(&outside(b)));
+        let sharpest = compared().min_by(|a, b| half_width(bounds(a)).total_cmp(&half_width(bounds(b))));
+        let (Some(farthest), Some(sharpest)) = (farthest, sharpest) else {
+            return Self::Open { within: f64::INFINITY, more: None };
+        };
+        if outside(farthest) > 0.0 {
+            let slope = farthest.estimate.mean;
+            return Self::Differs { step: farthest.step, by: ((method.mean - slope) / slope).abs() };
+        }
+        let within = half_width(bounds(sharpest)) / sharpest.estimate.mean.abs();
+        if within <= RESOLUTION {
+            return Self::Agrees { step: sharpest.step, within };
+        }
+        // With more samples another step may have the narrowest bounds.
+        let more = compared().filter_map(|s| s.more(method, tolerance)).min_by(f64::total_cmp);
+        Self::Open { within, more }
     }
-    let compared = || slopes.iter().filter(|s| !s.extrapolated.is_empty());
-    let tolerance = Tolerance::of(compared().count().max(1));
-    let bounds = |s: &Slope| s.bounds(method, tolerance, 1.0);
-    // The method's distance from its bounds, in units of their half-width.
-    let outside = |s: &Slope| {
-        let [low, high] = bounds(s);
-        let beyond = low.max(-high);
-        if beyond > 0.0 { beyond / half_width([low, high]) } else { 0.0 }
-    };
-    let farthest = compared().max_by(|a, b| outside(a).total_cmp(&outside(b)));
-    let sharpest = compared().min_by(|a, b| half_width(bounds(a)).total_cmp(&half_width(bounds(b))));
-    let (Some(farthest), Some(sharpest)) = (farthest, sharpest) else {
-        return Verdict::Open { within: f64::INFINITY, more: None };
-    };
-    if outside(farthest) > 0.0 {
-        let slope = farthest.estimate.mean;
-        return Verdict::Differs { step: farthest.step, by: ((method.mean - slope) / slope).abs() };
-    }
-    let within = half_width(bounds(sharpest)) / sharpest.estimate.mean.abs();
-    if within <= RESOLUTION {
-        return Verdict::Agrees { step: sharpest.step, within };
-    }
-    // With more samples another step may have the narrowest bounds.
-    let more = compared().filter_map(|s| s.more(method, tolerance)).min_by(f64::total_cmp);
-    Verdict::Open { within, more }
 }
 
 #[cfg(test)]
