@@ -14,6 +14,9 @@ use super::integrator::{Paths, Scattered, reflect};
 use super::surface::SurfacePoint;
 use crate::scene::Hit;
 
+/// Origin and direction of a ray.
+pub(crate) type Ray<T> = (Vec3<T>, Vec3<T>);
+
 /// Destination of a path's light: one sum for every warp of the film.
 pub(crate) trait Parts<C: Calculus> {
     /// The sum of the current warp.
@@ -26,7 +29,7 @@ pub(crate) trait Parts<C: Calculus> {
         calculus: &mut C,
         chain: &[Branch],
         light: Option<usize>,
-    ) -> Option<(Vec3<C::Number>, Vec3<C::Number>)>;
+    ) -> Option<Ray<C::Number>>;
 
     /// Continues the sum before the last one that was begun.
     fn resume(&mut self);
@@ -49,7 +52,7 @@ impl<C: Calculus> Parts<C> for Rgb<C::Number> {
         _: &mut C,
         _: &[Branch],
         _: Option<usize>,
-    ) -> Option<(Vec3<C::Number>, Vec3<C::Number>)> {
+    ) -> Option<Ray<C::Number>> {
         None
     }
 
@@ -64,7 +67,7 @@ impl<C: Calculus<Number = f64>> Parts<C> for FirstAlone {
         &mut self.0
     }
 
-    fn begin(&mut self, _: &mut C, _: &[Branch], _: Option<usize>) -> Option<(Vec3<f64>, Vec3<f64>)> {
+    fn begin(&mut self, _: &mut C, _: &[Branch], _: Option<usize>) -> Option<Ray<f64>> {
         None
     }
 
