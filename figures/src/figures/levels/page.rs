@@ -81,8 +81,12 @@ fn misses(measured: &Measured, study: usize, x: Axis, legend: Legend) -> Axes {
 fn grids(measured: &Measured) -> Axes {
     let cells = measured.grids.iter().flat_map(|series| &series.points).map(|(cells, _)| *cells);
     let ticks = cells.map(|cells| (cells as f64, cells.to_string()));
-    let mut axes = Axes::new(Axis::log("cells along a side").ticks(ticks), Axis::linear("slope"))
-        .legend(Legend::BottomRight);
+    let ends = measured.grids.iter().flat_map(|series| &series.points).flat_map(|(_, slope)| slope.ends());
+    let (low, high) = ends.fold((1.0_f64, 1.0_f64), |(low, high), end| (low.min(end), high.max(end)));
+    // Room for the legend below all curves.
+    let slopes = Axis::linear("slope").limits(low - 0.75 * (high - low), high + 0.05 * (high - low));
+    let mut axes =
+        Axes::new(Axis::log("cells along a side").ticks(ticks), slopes).legend(Legend::BottomRight);
     axes.horizontal(1.0, &Style::new(Color::MUTED).dotted());
     let looks = [
         Style::new(Palette::BLUE).marker(Marker::Circle),
