@@ -24,12 +24,7 @@ pub(crate) trait Parts<C: Calculus> {
 
     /// Begins the sum of the light through a chain, or of one light without extent. The result is the camera
     /// ray with the warp of that part; `None` if all parts have one warp.
-    fn begin(
-        &mut self,
-        calculus: &mut C,
-        chain: &[Branch],
-        light: Option<usize>,
-    ) -> Option<Ray<C::Number>>;
+    fn begin(&mut self, calculus: &mut C, chain: &[Branch], light: Option<usize>) -> Option<Ray<C::Number>>;
 
     /// Continues the sum before the last one that was begun.
     fn resume(&mut self);
@@ -47,12 +42,7 @@ impl<C: Calculus> Parts<C> for Rgb<C::Number> {
         self
     }
 
-    fn begin(
-        &mut self,
-        _: &mut C,
-        _: &[Branch],
-        _: Option<usize>,
-    ) -> Option<Ray<C::Number>> {
+    fn begin(&mut self, _: &mut C, _: &[Branch], _: Option<usize>) -> Option<Ray<C::Number>> {
         None
     }
 
