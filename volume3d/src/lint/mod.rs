@@ -81,6 +81,13 @@ pub fn lint(scene: &Scene) -> Vec<Finding> {
         let parts = d.parts_of_material(shape.material).into_iter();
         parts.map(|part| &d.materials[part]).find_map(|material| unseen(shape, material))
     }));
+    found.extend(d.lights.iter().filter(|l| l.is_delta()).map(|l| Finding {
+        kind: Kind::Unsupported,
+        shapes: vec![l.id().clone()],
+        is_wrong: false,
+        message: format!("light `{}` has no extent, and its shadows no penumbra", l.id()),
+        advice: IN_CHAINS,
+    }));
     found.extend(unlit(scene));
     let touching = touching(scene, |_| true).into_iter();
     found.extend(touching.map(|finding| Finding { advice: MAY_PART, ..finding }));
@@ -143,19 +150,30 @@ fn unlit(scene: &Scene) -> Option<Finding> {
     })
 }
 
-/// A finding if a material has discontinuities that no warp sees.
+/// A finding if a material has discontinuities that not all methods support.
 fn unseen(shape: &Shape, material: &Material) -> Option<Finding> {
     let id = &shape.id;
-    let finding = |message: String, advice| {
+    let all = |is_wrong: bool, message: String, advice| {
         let shapes = vec![id.clone()];
-        Some(Finding { kind: Kind::Unsupported, shapes, is_wrong: true, message, advice })
+        Some(Finding { kind: Kind::Unsupported, shapes, is_wrong, message, advice })
     };
+    let finding = |message: String, advice| all(true, message, advice);
+    let hint = |message: String| all(false, message, IN_CHAINS);
     if material.relief.is_some() {
         let message = format!("shape `{id}` has a bump or normal map: no warp sees its discontinuities");
         return finding(message, "leave out the bump or normal map, or take finite differences");
     }
+    if material.bsdf.transmits() || material.opacity.is_some() {
+        return hint(format!("shape `{id}` transmits light"));
+    }
+    if material.bsdf.is_mirror() {
+        return hint(format!("shape `{id}` reflects as an ideal mirror"));
+    }
     None
 }
+
+/// Advice for light in chains.
+const IN_CHAINS: &str = "where geometry moves, take warped-area sampling (the default) or finite differences: edge sampling does not support it";
 
 /// Creases beyond this number are probably not intended.
 const MANY_CREASES: usize = 1000;

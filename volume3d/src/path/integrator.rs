@@ -12,6 +12,7 @@ use super::environment::distant;
 use super::kernels::Kernels;
 use super::lights::{LightId, LightSample, Lights};
 use super::plain::Plain;
+use super::scattered::Scattered;
 use super::sequence::Draws;
 use super::surface::SurfacePoint;
 use crate::scene::{Environment, Hit, Light, Scene, Surface};
@@ -43,34 +44,6 @@ pub(crate) struct Paths<'s> {
 pub(super) struct Vertex<'v, 's, T> {
     pub(super) point: &'v SurfacePoint<T>,
     pub(super) shading: &'v Shading<'s, T>,
-}
-
-/// Continuation of a path.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Scattered<T> {
-    pub(super) origin: Vec3<T>,
-    pub(super) direction: Vec3<T>,
-    pub(super) throughput: Rgb<T>,
-    /// Accumulated compression of radiance, η²: Russian roulette must not treat it as loss.
-    pub(super) compression: f64,
-    pub(super) hit: Option<Hit>,
-}
-
-impl<T: Number> Scattered<T> {
-    /// Start of a path.
-    pub(super) fn new(origin: Vec3<T>, direction: Vec3<T>, hit: Option<Hit>) -> Self {
-        Self::underway(origin, direction, Rgb::constant(DVec3::ONE), hit)
-    }
-
-    /// A path that has only been reflected so far.
-    pub(super) fn underway(
-        origin: Vec3<T>,
-        direction: Vec3<T>,
-        throughput: Rgb<T>,
-        hit: Option<Hit>,
-    ) -> Self {
-        Self { origin, direction, throughput, compression: 1.0, hit }
-    }
 }
 
 impl<'s> Paths<'s> {

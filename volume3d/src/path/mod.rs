@@ -15,6 +15,8 @@ mod media;
 mod next_event;
 mod normal_map;
 mod plain;
+mod restart;
+mod scattered;
 mod sequence;
 mod spot;
 mod still;

@@ -4,8 +4,9 @@ use flatland::calculus::{Rgb, Vec3};
 use glam::DVec3;
 
 use super::chain::{FirstAlone, Trail};
-use super::integrator::{Paths, Scattered, Vertex};
+use super::integrator::{Paths, Vertex};
 use super::plain::Plain;
+use super::scattered::Scattered;
 use super::sequence::Draws;
 use crate::scene::Hit;
 

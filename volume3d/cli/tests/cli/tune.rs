@@ -102,10 +102,14 @@ fn time_and_threads_decide_no_number() {
 
 #[test]
 fn what_is_refused_is_listed_and_differences_take_its_place() {
-    let place =
-        Place::with("<emitter type='point' id='bulb'><point name='position' value='0,0,2'/></emitter>");
-    let text = place.succeed(&format!("{MOVED} --spp 64 --error 0.9"));
-    for words in ["refused: --method edge: ", "`bulb`", "WARNING: no unbiased method supports this scene"] {
+    let bulb = "<emitter type='point' id='bulb'><point name='position' value='0,0,2'/></emitter>";
+    let text = Place::with(bulb).succeed(&format!("{MOVED} --spp 64 --error 0.9"));
+    assert!(text.contains("refused: --method edge: ") && text.contains("`bulb`"), "{text}");
+    assert!(!text.contains("no unbiased method supports this scene"), "{text}");
+    let beam = "<emitter type='spot' id='beam'><transform name='to_world'><lookat origin='0,0,2' target='0,0,0' up='0,1,0'/></transform>
+      <float name='cutoff_angle' value='12'/><float name='beam_width' value='12'/></emitter>";
+    let text = Place::with(beam).succeed(&format!("{MOVED} --spp 64 --error 0.9"));
+    for words in ["refused: --method edge: ", "`beam`", "WARNING: no unbiased method supports this scene"] {
         assert!(text.contains(words), "{words}: {text}");
     }
     assert!(text.contains("--method finite-difference --step") && text.contains("--spp"), "{text}");

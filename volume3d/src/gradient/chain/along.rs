@@ -4,7 +4,7 @@ use flatland::calculus::{Dual, Rgb, Vec3};
 use flatland::sdf::{Jet, Sdf as _};
 use glam::DVec3;
 
-use crate::gradient::modes::forward::level_set;
+use crate::gradient::warp::level_set::level_set;
 use crate::path::{BorderSample, Calculus, CameraMotion, Kernel, Warped};
 use crate::scene::{Scene, Surface};
 

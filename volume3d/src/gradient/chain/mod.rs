@@ -30,8 +30,7 @@ use self::field::{Combined, combine};
 use self::walk::Course;
 pub(crate) use self::walk::Through;
 use crate::Sphere;
-use crate::gradient::film::FilmPlane;
-use crate::gradient::modes::differential::FilmPoint;
+use crate::gradient::film::{FilmPlane, FilmPoint};
 use crate::path::{Calculus, Frame, Warped};
 use crate::scene::{Scene, Surface};
 

@@ -4,16 +4,9 @@ use flatland::random::Stream;
 use glam::{DVec2, DVec3};
 
 use crate::gradient::chain::Through;
-use crate::gradient::film::FilmPlane;
+use crate::gradient::film::{FilmPlane, FilmPoint};
 use crate::path::{Calculus, Frame, Kernel};
 use crate::scene::{Hit, Scene, Surface};
-
-/// A film point u + ε V(u), with the Jacobian 1 + ε ∇·V(u) of the change of variables.
-#[derive(Clone, Copy, Debug)]
-pub(in crate::gradient) struct FilmPoint<T> {
-    pub(in crate::gradient) at: [T; 2],
-    pub(in crate::gradient) jacobian: T,
-}
 
 /// Number type of derivatives, forward or reverse. A sample's computation is written once over this trait.
 pub(in crate::gradient) trait Differential: Calculus {

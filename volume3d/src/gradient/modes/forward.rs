@@ -2,17 +2,18 @@
 
 use flatland::calculus::{Dual, Number, Rgb, Vec3};
 use flatland::random::Stream;
-use flatland::sdf::{Jet, Sdf as _, SecondOrder};
+use flatland::sdf::{Jet, Sdf as _};
 use flatland::warp::{Field, LinearField as _};
 use glam::{DVec2, DVec3};
 
 use super::border::border;
 
-use super::differential::{Differential, FilmPoint};
+use super::differential::Differential;
 use crate::gradient::CameraTangent;
 use crate::gradient::auxiliary::Auxiliary;
 use crate::gradient::chain::{self, Through};
-use crate::gradient::film::FilmPlane;
+use crate::gradient::film::{FilmPlane, FilmPoint};
+use crate::gradient::warp::level_set::{lane, level_set};
 use crate::gradient::warp::motion::Motion;
 use crate::path::{BorderSample, Branch, Calculus, CameraMotion, Frame, Kernel, Warped};
 use crate::scene::{Hit, Scene, Surface};
@@ -57,10 +58,6 @@ fn moving_rgb<const N: usize>(value: DVec3, rate: DVec3) -> Rgb<Dual<N>> {
     Rgb([moving(value.x, rate.x), moving(value.y, rate.y), moving(value.z, rate.z)])
 }
 
-fn lane<const N: usize>(v: Vec3<Dual<N>>, lane: usize) -> DVec3 {
-    DVec3::new(v.x.tangent[lane], v.y.tangent[lane], v.z.tangent[lane])
-}
-
 /// The rate of a field, which is not the interior term's: motion of the scene goes to `lane`.
 fn to_warp<const N: usize>(mut rate: Dual<N>, lane: usize) -> Dual<N> {
     if N > 1 {
@@ -68,29 +65,6 @@ fn to_warp<const N: usize>(mut rate: Dual<N>, lane: usize) -> Dual<N> {
         rate.tangent[INTERIOR] = 0.0;
     }
     rate
-}
-
-/// x and ∇φ on a moving level set, with φ̇ and ∇φ̇ of every lane: ẋ − ω (φ̇ + ∇φ·ẋ)/(∇φ·ω), and ∇φ changes with
-/// x and with the parameters.
-pub(crate) fn level_set<const N: usize>(
-    there: &SecondOrder<DVec3>,
-    x: Vec3<Dual<N>>,
-    direction: DVec3,
-    own: impl Fn(usize) -> Jet<DVec3>,
-) -> (Vec3<Dual<N>>, Vec3<Dual<N>>) {
-    let along = there.jet.gradient.dot(direction);
-    let (mut position, mut gradient) = (x, Vec3::constant(there.jet.gradient));
-    for l in 0..N {
-        let (own, rate) = (own(l), lane(x, l));
-        let moved = rate - direction * ((own.value + there.jet.gradient.dot(rate)) / along);
-        let turned = own.gradient + there.hessian * moved;
-        for (number, rate) in [(&mut position, moved), (&mut gradient, turned)] {
-            number.x.tangent[l] = rate.x;
-            number.y.tangent[l] = rate.y;
-            number.z.tangent[l] = rate.z;
-        }
-    }
-    (position, gradient)
 }
 
 impl<const N: usize> Differential for Forward<'_, N> {
