@@ -269,7 +269,7 @@ fn ties_add_up() {
         (["lamp.radiance", "metal.roughness"], "they are 1 and 3 numbers"),
         (["lamp.radiance", "white.reflectance"], "one is from 0 to 1, the other from 0 to inf"),
         (["block.translation", "block.rotation"], "only one of them is a rotation"),
-        (["lamp.radiance", "lamp.radiance"], "is the same parameter"),
+        (["lamp.radiance", "lamp.radiance"], "is given twice"),
     ] {
         assert!(message(&names).contains(words), "{}", message(&names));
     }
