@@ -13,7 +13,7 @@
 //! listed, and none could be: where an edge is seen in a curved mirror is known to its rays alone.
 //!
 //! ∂/∂u comes from numbers with two derivatives, ∂/∂θ from the numbers of the calculus, forward or reverse:
-//! both by one program, [`walk`](walk::walk).
+//! both by one program, [`Course`].
 
 mod along;
 mod field;
