@@ -86,19 +86,19 @@ fn a_flat_mirror_is_a_hole_before_a_mirror_image() {
         (0..4).for_each(|side| floor[1].translate(&twin, side, v));
         floor[1].translate(&twin, 4, DVec3::Y * (2.0 * v.y));
         let cases = [
-            ("lamp", [lamp(&scene, 1.0), lamp(&twin, -1.0)], across as fn(&Image) -> Vec<DVec3>),
-            ("camera", [camera(&scene), camera(&twin)], along),
-            ("mirror", floor, along),
+            ("lamp", 64, [lamp(&scene, 1.0), lamp(&twin, -1.0)], across as fn(&Image) -> Vec<DVec3>),
+            ("camera", 192, [camera(&scene), camera(&twin)], along),
+            ("mirror", 160, floor, along),
         ];
-        for (name, [change, other], weighted) in cases {
+        for (name, samples, [change, other], weighted) in cases {
             let field = |field: Field, warps: bool| {
                 total(|seed| {
-                    let method = WarpedArea { samples: 24, field, warps, seed, ..WarpedArea::default() };
+                    let method = WarpedArea { samples, field, warps, seed, ..WarpedArea::default() };
                     weighted(&method.forward(&scene, &change, &none).unwrap().gradient)
                 })
             };
             let exact = total(|seed| {
-                let method = EdgeSampling { samples: 64, primary: 64, seed, ..EdgeSampling::default() };
+                let method = EdgeSampling { samples: 512, primary: 512, seed, ..EdgeSampling::default() };
                 weighted(&method.forward(&twin, &other, &none).unwrap().gradient)
             });
             let name = format!("{name}, {filter:?}");
@@ -204,14 +204,14 @@ fn cases() -> Vec<Case> {
     let lamp = Some(1);
     vec![
         Case::new("lamp in a coated floor", over(floor, plastic(None), ahead), lamp).compared(24, 768),
-        Case::new("lamp behind a mask", behind(mask.clone(), pane(0.9), 0.35), lamp).compared(56, 384),
+        Case::new("lamp behind a mask", behind(mask.clone(), pane(0.9), 0.35), lamp).compared(64, 512),
         Case::new("mask before a lamp", behind(mask, pane(0.3), 1.0), Some(0)).compared(96, 768),
         Case::new("lamp behind a pane", behind(thin, pane(0.9), 0.35), lamp).compared(48, 384),
         Case::new("lamp in a mirrored ball", over(ball, mirror(), above), lamp).thorough(64, 8192),
         Case::new("lamp behind a slab", behind(glass(), slab, 0.35), lamp).thorough(128, 768),
         Case::new("lens", behind(glass(), lens, 0.35), Some(0)),
-        Case::new("bulb over a block", shadow(bulb()), None).compared(448, 96),
-        Case::new("block under a bulb", shadow(bulb()), Some(0)).thorough(512, 64),
+        Case::new("bulb over a block", shadow(bulb()), None).compared(128, 96),
+        Case::new("block under a bulb", shadow(bulb()), Some(0)).thorough(384, 96),
         Case::new("floor under a bulb", shadow(bulb()), Some(1)),
         Case::new("block under the sun", shadow(sun()), Some(0)).thorough(1024, 384),
         Case::new("sun over a block", shadow(sun()), None),
