@@ -53,8 +53,8 @@ pub(super) enum Method {
     /// geometry moves.
     WarpedArea,
     /// Edge sampling: unbiased. Uses --spp paths per pixel and as many samples of each kind of discontinuity:
-    /// up to two kinds seen by the camera, and up to five seen from surfaces. Refuses moving geometry with ideal
-    /// mirrors, glass, masks and lights without extent, too.
+    /// up to two kinds seen by the camera, and up to five seen from surfaces. Refuses moving geometry with
+    /// ideal mirrors, glass, masks and lights without extent, too.
     Edge,
     /// One rotation per kernel: biased unless what moves rotates as a whole.
     Rotation,

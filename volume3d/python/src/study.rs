@@ -1,4 +1,4 @@
-//! What gradients of a scene are worth: `check`, `lint` and `tune`.
+//! Quality of gradients: `check`, `lint` and `tune`.
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

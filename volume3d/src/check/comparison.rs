@@ -13,27 +13,27 @@
 //! - the same for a change that no sample of any step saw; a sample changes by at most the brightest pixel.
 //!
 //! The error of the quotient itself, e(h) = F(h) − T for the slope F(h) at step h and the true slope T, is
-//! bounded by the slopes at larger steps H. Let the error fall at least in proportion to the step, whatever its
-//! sign: |e(h)| ≤ (h/H) |e(H)|. Then
+//! bounded by the slopes at larger steps H. Let the error fall at least in proportion to the step, whatever
+//! its sign: |e(h)| ≤ (h/H) |e(H)|. Then
 //!
 //! ```text
 //! |F(H) − F(h)| = |e(H) − e(h)| ≥ |e(H)| − |e(h)| ≥ (H/h − 1) |e(h)|,
 //! |e(h)| ≤ |F(H) − F(h)|/(H/h − 1).
 //! ```
 //!
-//! The bound holds on both sides of F(h): an error may change its sign between H and h. It fails where e(H) is
-//! small because the sign changes near H. Three steps H₂ > H₁ > h show that the error does not fall in
-//! proportion: if it did, then |F(H₁) − F(h)| ≤ (1 + h/H₁) |e(H₁)| and |F(H₂) − F(H₁)| ≥ (H₂/H₁ − 1) |e(H₁)|,
-//! so that
+//! The bound holds on both sides of F(h): an error may change its sign between H and h. It fails where e(H)
+//! is small because the sign changes near H. Three steps H₂ > H₁ > h show that the error does not fall in
+//! proportion: if it did, then |F(H₁) − F(h)| ≤ (1 + h/H₁) |e(H₁)| and |F(H₂) − F(H₁)| ≥ (H₂/H₁ − 1)
+//! |e(H₁)|, so that
 //!
 //! ```text
 //! |F(H₁) − F(h)| ≤ (1 + h/H₁)/(H₂/H₁ − 1) · |F(H₂) − F(H₁)|.
 //! ```
 //!
-//! Where this is violated, and at the second largest step, where it cannot be tested, the whole difference
-//! |F(H₁) − F(h)| takes the place of the bound from the next larger step. It bounds |e(h)| if e(H₁) and e(h) have
-//! opposite signs, if e(H₁) = 0, or if |e(H₁)| ≥ 2 |e(h)|. The largest bound from all larger steps counts. An
-//! error that is as large at H₁ as at h, with the same sign, is not found by two steps.
+//! Three steps can contradict this, and at the second largest step it cannot be tested. There the whole
+//! difference |F(H₁) − F(h)| replaces the bound from the next larger step. It bounds |e(h)| if both errors
+//! have opposite signs, if e(H₁) = 0, or if |e(H₁)| ≥ 2 |e(h)|. The largest bound from all larger steps
+//! counts. An error that is as large at H₁ as at h, with the same sign, is not found by two steps.
 //!
 //! Each step has its own bound, with confidences that make all of them hold together (Bonferroni). The method
 //! differs if it is outside the bound of any step, and agrees within the narrowest bound.

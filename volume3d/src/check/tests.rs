@@ -79,8 +79,8 @@ fn a_third_is_found_on_an_ordinary_scene() {
     tells_apart(&check, &scene, [0.2, 0.1, 0.3], &Estimator::auto(check.samples, 0), &[0.7, 1.3]);
 }
 
-/// The largest default steps move the square by three pixels and by one, where the error of finite differences
-/// changes its sign: −5 % and +1 %.
+/// The largest default steps move the square by three pixels and by one, where the error of finite
+/// differences changes its sign: −5 % and +1 %.
 #[test]
 fn an_error_of_the_step_that_changes_its_sign_is_no_difference() {
     let (scene, rate) = (lit_square(), [1.0, 0.5, 0.0]);

@@ -63,8 +63,8 @@ pub enum Unsupported {
     /// The field of view of an orthographic camera changes.
     #[error("the camera is orthographic and has no field of view; translate or rotate it instead")]
     FieldOfView,
-    /// A point light moves, or geometry under it, and the method is not warped-area sampling: its shadows have
-    /// no penumbra.
+    /// A point light moves, or geometry under it, and the method is not warped-area sampling: its shadows
+    /// have no penumbra.
     #[error(
         "point light `{light}` casts shadows without a penumbra, whose motion is not handled; use warped-area sampling or finite differences, or edge sampling and allow missing point lights, or replace it by a small emitting shape"
     )]
@@ -158,8 +158,8 @@ pub(super) fn has_chains(scene: &Scene) -> bool {
 }
 
 /// Everything in a scene that prevents gradients along a tangent by
-/// [warped-area sampling](super::WarpedArea). Edge sampling and the rotation heuristic support less: no mirrors,
-/// no transmission and no lights without extent where geometry moves.
+/// [warped-area sampling](super::WarpedArea). Edge sampling and the rotation heuristic support less: no
+/// mirrors, no transmission and no lights without extent where geometry moves.
 #[must_use]
 pub fn unsupported(scene: &Scene, change: &Tangent) -> Vec<Unsupported> {
     left_out_of_tangent(scene, change, true, &Missing::ALL).unwrap_or_else(|refused| vec![refused])

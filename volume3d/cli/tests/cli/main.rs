@@ -197,7 +197,8 @@ fn a_pilot_chooses() {
     assert!(!text.contains("a pilot chose"), "{text}");
 }
 
-/// Edge sampling refuses what moves before a mirror, unless its jumps may be left out; then that is printed, and kept in the file.
+/// Edge sampling refuses what moves before a mirror, unless its jumps may be left out; then that is
+/// printed, and kept in the file.
 #[test]
 fn what_is_left_out_is_said_and_kept() {
     let glass = r#"<bsdf type="conductor" id="glass"/><emitter type="point" id="bulb"><point name="position" value="0,3,3"/></emitter>

@@ -73,8 +73,8 @@ struct Edge {
     passed: f64,
     /// The distribution of the change of a crossed sample.
     jumps: Jumps,
-    /// The density of samples at a part x of the largest step is 1 + curvature · x + bend · x², relative to that
-    /// at step 0.
+    /// The density of samples at a part x of the largest step is 1 + curvature · x + bend · x², relative to
+    /// that at step 0.
     curvature: f64,
     bend: f64,
     /// The method's standard error, relative to the slope.
@@ -197,8 +197,8 @@ impl Edge {
 const RIGHT: Edge =
     Edge { passed: 1.0, jumps: Jumps::Alike, curvature: 0.0, bend: 0.0, noise: 0.01, wrong: 0.0 };
 
-/// Curvature and bend of errors of finite differences, relative to the slope, that change their signs: −5 % at
-/// the largest step and +1 % at the next; and 0 at the largest step and 3 % at the next.
+/// Curvature and bend of errors of finite differences, relative to the slope, that change their signs: −5 %
+/// at the largest step and +1 % at the next; and 0 at the largest step and 3 % at the next.
 const SIGN_CHANGES: [(f64, f64); 2] = [(0.14, -0.36), (0.27, -0.405)];
 
 /// For correct gradients, from edges that hardly any sample crosses to edges that hundreds cross in every
@@ -254,8 +254,8 @@ fn wrong_gradients_are_found() {
     }
 }
 
-/// An error of finite differences that changes its sign between two steps is no error of the gradient, however
-/// small the noise; and gradients that are 10 % wrong are still found.
+/// An error of finite differences that changes its sign between two steps is no error of the gradient,
+/// however small the noise; and gradients that are 10 % wrong are still found.
 #[test]
 fn errors_that_change_their_sign_are_allowed_for() {
     const CHECKS: u64 = 16;

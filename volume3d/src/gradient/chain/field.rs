@@ -60,7 +60,7 @@ where
             let (distance, convergence) = (marker.distance, marker.convergence);
             of_ray.push(ChainHit { hit, distance, convergence });
         });
-        // What lies beyond the scene rests; so does a point in the focus of all rays, which has no weight.
+        // The background rests. A point in the focus of all rays has no marker, and counts as background.
         if found.escapes || of_ray.is_empty() {
             of_ray.push(ChainHit { hit: None, distance: reach, convergence: 1.0 });
         }

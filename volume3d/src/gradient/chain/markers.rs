@@ -1,4 +1,4 @@
-//! What an auxiliary ray attaches to: the points of its chain, and the curves on which surfaces turn.
+//! Markers of an auxiliary ray: the points of its chain, and the curves on which normals turn away.
 
 use flatland::calculus::{Dual, Number, Vec3};
 use glam::{DMat2, DVec2, DVec3};
@@ -96,7 +96,8 @@ pub(super) fn markers(
     }
     if let (Some(point), Some(hit), Some(light)) = (&points.occluder, &hits.occluder, light) {
         let seen = Seen { scene: course.scene, place: Place::Occluder, point, hit, reach };
-        // Where light grazes the surface, shadows move fast over it, and their weight is reduced as in a focus.
+        // Where light grazes the surface, shadows move fast over it, and their weight is reduced as in a
+        // focus.
         let narrower = match light {
             Viewpoint::At(light) => {
                 let [z, x] = [point.at.position, point.origin].map(|p| p.value().distance(light));

@@ -15,7 +15,7 @@ pub(crate) struct Through<'c> {
     pub(crate) light: Option<usize>,
 }
 
-/// What all rays of a field have in common.
+/// Data shared by all rays of a field.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Course<'c> {
     pub(super) scene: &'c Scene,

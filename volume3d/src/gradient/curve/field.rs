@@ -25,8 +25,8 @@ pub(in crate::gradient) trait WarpField: Copy + Debug + Sync {
     /// field is softened and the face narrow.
     fn border_softness(&self, film: &FilmPlane, triangle: u32) -> f64;
 
-    /// Whether chains of ideal boundaries, and lights without extent, have fields of their own, so that curves
-    /// of this one are only of the light that their first point scatters.
+    /// Whether chains of ideal boundaries, and lights without extent, have fields of their own, so that
+    /// curves of this one are only of the light that their first point scatters.
     fn splits(&self) -> bool {
         false
     }

@@ -4,7 +4,7 @@ use glam::DVec2;
 
 use super::plane::FilmPlane;
 
-/// Where a point of a cell is on the border of the film.
+/// Edges of a cell on the border of the film.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CutEdges {
     /// On the left or the upper edge of the cell: −1 where the film is before it, 1 where it is behind it,
@@ -33,7 +33,7 @@ impl FilmPlane {
         [self.columns, self.rows]
     }
 
-    /// What the weights of a pixel along an axis are multiplied by, as the border cuts its filter.
+    /// Factor of a pixel's weights along an axis, as the border cuts its filter.
     #[inline]
     pub(super) fn cut_scale(&self, axis: usize, x: usize) -> f64 {
         self.cut.as_ref().map_or(1.0, |cut| cut.scale(x, self.size()[axis]))

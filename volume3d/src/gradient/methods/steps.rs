@@ -50,8 +50,8 @@ impl FiniteDifference {
         FRACTIONS.map(|f| f * scale).to_vec()
     }
 
-    /// [`steps`](Self::steps), preceded by a step three times as large, which bounds the error of the next one. That step is
-    /// left out if it leads out of a parameter's range and the others do not.
+    /// [`steps`](Self::steps), preceded by a step three times as large, which bounds the error of the next
+    /// one. That step is left out if it leads out of a parameter's range and the others do not.
     #[must_use]
     pub fn steps_after_a_larger(scene: &Scene, change: &Tangent) -> Vec<f64> {
         let mut steps = Self::steps(scene, change);

@@ -16,8 +16,8 @@ pub(in crate::gradient) trait Differential: Calculus {
     /// The warp at a film point, given the surface seen there, if any.
     fn film_warp(&mut self, film: &FilmPlane, u: DVec2, seen: Option<Surface>) -> FilmPoint<Self::Number>;
 
-    /// The film point warped for light through a chain, seen from a camera frame; `None` if it is the same for
-    /// all light.
+    /// The film point warped for light through a chain, seen from a camera frame; `None` if it is the same
+    /// for all light.
     fn chain_film_warp(
         &mut self,
         film: &FilmPlane,

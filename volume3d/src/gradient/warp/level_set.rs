@@ -4,8 +4,8 @@ use flatland::calculus::{Dual, Vec3};
 use flatland::sdf::{Jet, SecondOrder};
 use glam::DVec3;
 
-/// x and ∇φ on a moving level set, with φ̇ and ∇φ̇ of every lane: ẋ − ω (φ̇ + ∇φ·ẋ)/(∇φ·ω), and ∇φ changes with
-/// x and with the parameters.
+/// x and ∇φ on a moving level set, with φ̇ and ∇φ̇ of every lane: ẋ − ω (φ̇ + ∇φ·ẋ)/(∇φ·ω), and ∇φ changes
+/// with x and with the parameters.
 pub(crate) fn level_set<const N: usize>(
     there: &SecondOrder<DVec3>,
     x: Vec3<Dual<N>>,

@@ -311,8 +311,8 @@ impl Job<'_> {
         }
     }
 
-    /// The numbers of a part of a sample, each with the derivative by it of Σ over pixels and channels of adjoint times
-    /// integrand.
+    /// The numbers of a part of a sample, each with the derivative by it of Σ over pixels and channels of
+    /// adjoint times integrand.
     pub(super) fn partials<T: Number>(
         &self,
         (i, j, _): Place,

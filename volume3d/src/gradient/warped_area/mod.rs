@@ -129,8 +129,8 @@ impl WarpedArea {
     /// Derivative of every pixel along a tangent.
     ///
     /// # Errors
-    /// [`GradientError`]: `Unsupported` if geometry moves in front of bump or normal maps or under lights whose
-    /// beams end abruptly, or such a light moves, `Tangent` if the tangent belongs to another scene,
+    /// [`GradientError`]: `Unsupported` if geometry moves in front of bump or normal maps or under lights
+    /// whose beams end abruptly, or such a light moves, `Tangent` if the tangent belongs to another scene,
     /// `Samples`, `Reach`, `Softness`, `ImplicitField`, `Allocation` and `Warp` for parameters out of range,
     /// and `Stopped`.
     pub fn forward(
